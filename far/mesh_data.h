@@ -1,0 +1,50 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "far/result.h"
+#include "far/types.h"
+
+namespace osdx {
+
+/// A `t` line of an OBJ file in OpenSubdiv's form: `t crease 2/1/0 4 7 3.5`.
+struct Tag {
+    std::string name;               ///< "crease", "corner", "hole", "interpolateboundary", ...
+    std::vector<int> ints;          ///< vertex or face indices, counted from 0
+    std::vector<double> floats;     ///< for instance sharpness
+    std::vector<std::string> text;  ///< names, as of crease methods
+    Index line = 0;                 ///< of the file; 0 when the tag came from memory
+};
+
+/// A polygon mesh as plain arrays: what files hold and what callers hand in. Not checked;
+/// `Topology::build` is the door.
+///
+/// Shapes: face_sizes n_faces; face_vertices sum of face_sizes, the faces one after the
+/// other; the two line arrays are empty, or n_vertices and n_faces.
+struct MeshData {
+    std::vector<Vec3<double>> positions;
+    std::vector<Index> face_sizes;
+    std::vector<Index> face_vertices;
+    std::vector<Tag> tags;
+
+    std::vector<Index> vertex_lines;  ///< line of the file for each vertex
+    std::vector<Index> face_lines;    ///< line of the file for each face
+};
+
+/// Reads OBJ (v, f with n-gons and negative indices, t; other lines are skipped), OFF, or
+/// PLY (text and binary, both byte orders) by the extension of `path`.
+///
+/// Nothing is repaired, dropped or renumbered. Numbers may be nan or inf: the check of the
+/// mesh refuses them by vertex. An index that no unsigned number holds (0 in OBJ, negative
+/// beyond the first vertex) is refused here, since MeshData could not carry it.
+/// \return FileUnreadable, FileFormat, EmptyMesh, IndexOutOfRange or FaceTooSmall, with
+///         the line.
+Result<MeshData> read_mesh(const std::filesystem::path& path);
+
+}  // namespace osdx

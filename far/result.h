@@ -1,0 +1,85 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <cassert>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "far/types.h"
+
+namespace osdx {
+
+enum class ErrorCode : std::uint8_t {
+    FileUnreadable,     ///< the file does not exist or cannot be opened
+    FileFormat,         ///< the text or bytes do not follow the format
+    EmptyMesh,          ///< no vertices or no faces
+    SizeMismatch,       ///< two arrays that must match in length do not
+    IndexOutOfRange,    ///< a face names a vertex that does not exist
+    FaceTooSmall,       ///< a face has fewer than three vertices
+    RepeatedVertex,     ///< a face names a vertex twice
+    NonFinitePoint,     ///< a position is NaN or infinite
+    NonManifoldEdge,    ///< an edge has three or more faces
+    OppositeFaces,      ///< two faces run along their common edge in the same direction
+    NonManifoldVertex,  ///< a vertex has two or more fans of faces
+    ValenceTwo,         ///< an interior vertex has two faces only
+    OpenBoundary,       ///< an edge has one face (open meshes are not supported yet)
+    UnsupportedTag,     ///< a tag changes the surface and is not supported yet
+    InvalidOption,      ///< an option is outside the range that its comment states
+    DeviceFailure,      ///< Embree refused the request
+    NotBuilt,           ///< the library was built without the part that this needs
+    WriteFailed,        ///< a file could not be written
+};
+
+/// Why a function refused its input.
+struct Error {
+    ErrorCode code;
+    std::string message;            ///< one sentence for a person; names the element
+    Index element = kInvalidIndex;  ///< the vertex, edge or face at fault, if any
+    Index line = 0;                 ///< line of the input file, counted from 1; 0: none
+};
+
+/// A value, or the reason there is none. Member names follow std::expected (C++23), so
+/// that this class can become an alias of it.
+template <class T>
+class [[nodiscard]] Result {
+public:
+    Result(T value) : state_(std::move(value)) {}
+    Result(Error error) : state_(std::move(error)) {}
+
+    bool has_value() const noexcept { return state_.index() == 0; }
+    explicit operator bool() const noexcept { return has_value(); }
+
+    T& operator*() & noexcept { return *operator->(); }
+    const T& operator*() const& noexcept { return *operator->(); }
+    T&& operator*() && noexcept { return std::move(*operator->()); }
+    T* operator->() noexcept {
+        assert(has_value());
+        return std::get_if<0>(&state_);
+    }
+    const T* operator->() const noexcept {
+        assert(has_value());
+        return std::get_if<0>(&state_);
+    }
+    const Error& error() const noexcept {
+        assert(!has_value());
+        return *std::get_if<1>(&state_);
+    }
+
+private:
+    std::variant<T, Error> state_;
+};
+
+/// The result of a function that has nothing to return but success.
+using Status = Result<std::monostate>;
+inline Status ok() { return std::monostate{}; }
+
+/// `return fail(ErrorCode::NonManifoldEdge, "edge 3 7 has 3 faces", 12);`
+inline Error fail(ErrorCode code, std::string message, Index element = kInvalidIndex,
+                  Index line = 0) {
+    return {code, std::move(message), element, line};
+}
+
+}  // namespace osdx
