@@ -1,0 +1,197 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include "eval/evaluator.h"
+
+#include <array>
+#include <cassert>
+
+namespace osdx {
+namespace {
+
+/// From Taylor coefficients in the bilinear sector to derivatives in (u, v) of the base
+/// face. V is a number or a vector.
+template <int Order, class V>
+void to_base_uv(const PatchPoint& where, std::array<V, n_derivatives(Order)>& d) noexcept {
+    if constexpr (Order > 0) {
+        const V a = where.scale * d[1], b = where.scale * d[2];
+        switch (where.quarter_turns) {  // u and v run along: a b, b -a, -a -b, -b a
+            case 0:
+                d[1] = a, d[2] = b;
+                break;
+            case 1:
+                d[1] = b, d[2] = -a;
+                break;
+            case 2:
+                d[1] = -a, d[2] = -b;
+                break;
+            default:
+                d[1] = -b, d[2] = a;
+        }
+    }
+    if constexpr (Order > 1) {
+        const double s2 = where.scale * where.scale;
+        const bool swapped = where.quarter_turns % 2 == 1;
+        const V aa = s2 * d[3], ab = s2 * d[4], bb = s2 * d[5];
+        d[3] = swapped ? bb : aa;
+        d[4] = swapped ? -ab : ab;
+        d[5] = swapped ? aa : bb;
+    }
+}
+
+/// Derivatives of N values at a time: N jets are summed over the weights, then divided.
+/// \param value  value(i, c): channel c of control point i of the patch
+template <int Order, int N, class Value>
+std::array<std::array<double, n_derivatives(Order)>, N> evaluate_block(
+    const PatchBasis& basis, const PatchPoint& where, Chart chart, Value&& value) noexcept {
+    using J = Jet<double, Order>;
+    std::array<J, N> sums;
+    const J f = basis.for_each_weight<Order>(
+        {static_cast<int>(where.sector), where.a, where.b}, chart,
+        [&](Index i, const J& w) {
+            for (int c = 0; c < N; ++c)
+                sums[c] += double(value(i, c)) * w;
+        });
+    const bool rational = basis.patch_class().kind != PatchKind::Regular;
+    std::array<std::array<double, n_derivatives(Order)>, N> out;
+    for (int c = 0; c < N; ++c) {
+        out[c] = (rational ? sums[c] / f : sums[c]).c;
+        if constexpr (Order > 1) {
+            out[c][3] *= 2;
+            out[c][5] *= 2;
+        }
+        if (chart == Chart::BaseUV)
+            to_base_uv<Order>(where, out[c]);
+    }
+    return out;
+}
+
+template <int Order, class T>
+void channels(const PatchBasis& basis, std::span<const Index> points,
+              std::span<const T> values, int n_channels, const PatchPoint& where, Chart chart,
+              std::span<T> out) noexcept {
+    constexpr int kBlock = 4;
+    for (int first = 0; first < n_channels; first += kBlock) {
+        const int n = std::min(kBlock, n_channels - first);
+        const auto block =
+            evaluate_block<Order, kBlock>(basis, where, chart, [&](Index i, int c) {
+                return c < n ? values[std::size_t(points[i]) * n_channels + first + c] : T(0);
+            });
+        for (int c = 0; c < n; ++c) {
+            for (int r = 0; r < n_derivatives(Order); ++r)
+                out[r * n_channels + first + c] = static_cast<T>(block[c][r]);
+        }
+    }
+}
+
+template <int Order>
+void all_weights(const PatchBasis& basis, const PatchPoint& where, Chart chart,
+                 std::span<double> out) noexcept {
+    using J = Jet<double, Order>;
+    constexpr int kDerivatives = n_derivatives(Order);
+    const std::size_t n = out.size() / kDerivatives;
+    std::ranges::fill(out, 0.0);
+    const J f = basis.for_each_weight<Order>(
+        {static_cast<int>(where.sector), where.a, where.b}, chart,
+        [&](Index i, const J& w) {
+            for (int r = 0; r < kDerivatives; ++r)
+                out[r * n + i] += w.c[r];
+        });
+    for (std::size_t i = 0; i < n; ++i) {
+        J w;
+        for (int r = 0; r < kDerivatives; ++r)
+            w.c[r] = out[r * n + i];
+        if (basis.patch_class().kind != PatchKind::Regular)
+            w = w / f;
+        if constexpr (Order > 1) {
+            w.c[3] *= 2;
+            w.c[5] *= 2;
+        }
+        if (chart == Chart::BaseUV)
+            to_base_uv<Order>(where, w.c);
+        for (int r = 0; r < kDerivatives; ++r)
+            out[r * n + i] = w.c[r];
+    }
+}
+
+}  // namespace
+
+Evaluator::Evaluator(const PatchTable& table) : table_(&table) {
+    bases_.reserve(table.classes().size());
+    for (const PatchClass& c : table.classes())
+        bases_.emplace_back(c);
+}
+
+template <class T, int Order>
+SurfaceJet<T> Evaluator::evaluate(std::span<const Vec3<T>> points, const PatchPoint& where,
+                                  Chart chart) const noexcept {
+    assert(points.size() == table_->n_points());
+    const PatchRef patch = table_->patch(where.patch);
+    const auto block = evaluate_block<Order, 3>(
+        bases_[patch.patch_class], where, chart,
+        [&](Index i, int c) { return points[patch.points[i]][c]; });
+    const auto vector = [&](int r) {
+        return Vec3<T>(Vec3<double>(block[0][r], block[1][r], block[2][r]));
+    };
+    SurfaceJet<T> jet;
+    jet.p = vector(0);
+    if constexpr (Order > 0) {
+        jet.du = vector(1);
+        jet.dv = vector(2);
+    }
+    if constexpr (Order > 1) {
+        jet.duu = vector(3);
+        jet.duv = vector(4);
+        jet.dvv = vector(5);
+    }
+    return jet;
+}
+
+template <class T>
+void Evaluator::evaluate_channels(std::span<const T> values, int n_channels,
+                                  const PatchPoint& where, int order, Chart chart,
+                                  std::span<T> out) const noexcept {
+    assert(values.size() == std::size_t(table_->n_points()) * n_channels);
+    assert(out.size() == std::size_t(n_derivatives(order)) * n_channels);
+    const PatchRef patch = table_->patch(where.patch);
+    const PatchBasis& basis = bases_[patch.patch_class];
+    switch (order) {
+        case 0:
+            return channels<0>(basis, patch.points, values, n_channels, where, chart, out);
+        case 1:
+            return channels<1>(basis, patch.points, values, n_channels, where, chart, out);
+        default:
+            return channels<2>(basis, patch.points, values, n_channels, where, chart, out);
+    }
+}
+
+void Evaluator::weights(const PatchPoint& where, int order, Chart chart,
+                        std::span<double> out) const noexcept {
+    const PatchBasis& basis = this->basis(where.patch);
+    assert(out.size() ==
+           std::size_t(n_derivatives(order)) * basis.patch_class().n_points());
+    switch (order) {
+        case 0:
+            return all_weights<0>(basis, where, chart, out);
+        case 1:
+            return all_weights<1>(basis, where, chart, out);
+        default:
+            return all_weights<2>(basis, where, chart, out);
+    }
+}
+
+#define OSDX_INSTANTIATE(T)                                                                 \
+    template SurfaceJet<T> Evaluator::evaluate<T, 0>(                                       \
+        std::span<const Vec3<T>>, const PatchPoint&, Chart) const noexcept;                 \
+    template SurfaceJet<T> Evaluator::evaluate<T, 1>(                                       \
+        std::span<const Vec3<T>>, const PatchPoint&, Chart) const noexcept;                 \
+    template SurfaceJet<T> Evaluator::evaluate<T, 2>(                                       \
+        std::span<const Vec3<T>>, const PatchPoint&, Chart) const noexcept;                 \
+    template void Evaluator::evaluate_channels<T>(std::span<const T>, int,                  \
+                                                  const PatchPoint&, int, Chart,            \
+                                                  std::span<T>) const noexcept;
+OSDX_INSTANTIATE(float)
+OSDX_INSTANTIATE(double)
+#undef OSDX_INSTANTIATE
+
+}  // namespace osdx

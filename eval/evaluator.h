@@ -1,0 +1,76 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "eval/patch_basis.h"
+#include "eval/surface_jet.h"
+#include "far/patch_table.h"
+
+namespace osdx {
+
+/// Number of values up to an order: 1, 3 or 6, in the order p, du, dv, duu, duv, dvv.
+constexpr int n_derivatives(int order) noexcept { return (order + 1) * (order + 2) / 2; }
+
+/// Evaluates the surface of a patch table at single points.
+///
+/// Derivatives are exact up to rounding, those of the rational blends included. At a corner
+/// of an EV or EF patch the second derivatives have no limit but the curvature does; see
+/// PatchBasis::for_each_weight. Where several patches or sectors meet, (u, v) belongs to
+/// the one that PatchTable::locate names, and derivatives in BaseUV are one-sided.
+///
+/// Weights and points are separate: the same weights serve positions, any other data at the
+/// control points, and stencils.
+///
+/// Threads: const members may run at the same time. No query allocates.
+class Evaluator {
+public:
+    /// \pre the table outlives the evaluator
+    explicit Evaluator(const PatchTable& table);
+
+    const PatchTable& table() const noexcept { return *table_; }
+    const PatchBasis& basis(Index patch) const noexcept {
+        return bases_[table_->patch(patch).patch_class];
+    }
+
+    /// Position and derivatives up to Order (0, 1 or 2).
+    /// \param points  all control points, table().n_points() of them
+    template <class T, int Order = 2>
+    SurfaceJet<T> evaluate(std::span<const Vec3<T>> points, const PatchPoint& where,
+                           Chart chart = Chart::BaseUV) const noexcept;
+    template <class T, int Order = 2>
+    SurfaceJet<T> evaluate(std::span<const Vec3<T>> points, const Address& where,
+                           Chart chart = Chart::BaseUV) const noexcept {
+        return evaluate<T, Order>(points, table_->locate(where), chart);
+    }
+    template <class T, int Order = 2>
+    SurfaceJet<T> evaluate(std::span<const Vec3<T>> points, const QuarterPoint& where,
+                           Chart chart = Chart::BaseUV) const noexcept {
+        return evaluate<T, Order>(points, table_->locate(where), chart);
+    }
+
+    /// The same for values with any number of channels, stored one point after the other:
+    /// derivative r of channel c is out[r * n_channels + c].
+    /// \param order  0, 1 or 2
+    /// \pre values.size() == table().n_points() n_channels;
+    ///      out.size() == n_derivatives(order) n_channels
+    template <class T>
+    void evaluate_channels(std::span<const T> values, int n_channels, const PatchPoint& where,
+                           int order, Chart chart, std::span<T> out) const noexcept;
+
+    /// The weights of the control points of the patch and their derivatives: derivative r
+    /// of point i is out[r * n + i], n the number of control points.
+    /// \param order  0, 1 or 2
+    /// \pre out.size() == n_derivatives(order) n
+    void weights(const PatchPoint& where, int order, Chart chart,
+                 std::span<double> out) const noexcept;
+
+private:
+    const PatchTable* table_;
+    std::vector<PatchBasis> bases_;  // by patch class
+};
+
+}  // namespace osdx

@@ -1,0 +1,139 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include "eval/patch_basis.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace osdx {
+namespace {
+
+/// Bezier coefficients c_0 .. c_(2d-1) of the last piece of the extended function E_(d-1):
+/// it continues N_(d-1) at d-2 with all derivatives below d and ends with a zero of order d.
+/// c_i = sum of C(i,r) N^(r)(d-2) (2d-1-r)!/(2d-1)! over r <= i, for i < d.
+std::array<double, 2 * kMaxDegree> extended_coefficients(int d) {
+    std::array<double, 2 * kMaxDegree> c{};
+    std::array<double, (kMaxDegree + 1) * kMaxDegree> taylor;
+    // N_(d-1) at d-2: the function d-1-(d-2) = 1 of the interval that starts there.
+    bspline_basis<double>(d, 0.0, d - 1,
+                          std::span(taylor).first(static_cast<std::size_t>((d + 1) * d)));
+    const double* n = taylor.data() + d;
+    for (int i = 0; i < d; ++i) {
+        double term = 1;  // C(i,r) r! (2d-1-r)!/(2d-1)!
+        for (int r = 0; r <= i; ++r) {
+            c[i] += term * n[r];
+            term *= double(i - r) / double(2 * d - 1 - r);
+        }
+    }
+    return c;
+}
+
+}  // namespace
+
+PatchBasis::PatchBasis(const PatchClass& patch_class)
+    : class_(patch_class), n_(patch_class.n_sides), d_(patch_class.degree) {
+    const bool ev = class_.kind == PatchKind::EV;
+    intervals_ = ev ? d_ - 1 : d_;
+    columns_ = ev ? 2 * d_ - 1 : 2 * d_;
+    if (class_.kind == PatchKind::Regular)
+        return;
+
+    const double angle = std::numbers::pi / n_;
+    for (int k = 0; k < n_; ++k) {
+        // cos(pi/n) - cos((2k+1) pi/n), as a product: no cancellation, exact 0 on the side.
+        const double d =
+            k == 0 || k == n_ - 1 ? 0.0 : 2 * std::sin(k * angle) * std::sin((k + 1) * angle);
+        vertex_distance_.push_back(d);
+        normals_.emplace_back(std::cos((2 * k - 1) * angle), std::sin((2 * k - 1) * angle));
+    }
+    if (ev)
+        extended_ = extended_coefficients(d_);
+    for (int i = 0; i < n_; ++i) {
+        const int before = cyclic(i - 1);
+        for (int j = 0; j < columns_; ++j) {
+            for (int k = 0; k < d_; ++k) {
+                const int m = d_ - 1, b = m - k;
+                ribbon_points_.push_back(static_cast<Index>(
+                    !ev      ? (j < d_ ? class_.ef_point(before, m - j, b)
+                                       : class_.ef_point(i, b, j - d_))
+                    : j <= m ? class_.ev_point(before, m - j, b)
+                             : class_.ev_point(i, b, j - m)));
+            }
+        }
+    }
+}
+
+double PatchBasis::centre_distance() const noexcept {
+    return std::cos(std::numbers::pi / n_);
+}
+
+void PatchBasis::row_basis(int interval, double u, int order,
+                           std::span<double> out) const noexcept {
+    bspline_basis<double>(d_, u, order, out);
+    if (class_.kind != PatchKind::EV || interval < intervals_ - 1)
+        return;
+    // Row d-1 on the last interval: de Casteljau for the Taylor coefficients of a Bezier
+    // polynomial of degree 2d-1, C(2d-1, r) times the r-th differences.
+    double* taylor = out.data() + (order + 1);
+    const int degree = 2 * d_ - 1;
+    double binomial = 1;
+    for (int r = 0; r <= order; ++r) {
+        std::array<double, 2 * kMaxDegree> c = extended_;
+        for (int m = 0; m < r && m <= degree; ++m) {
+            for (int i = 0; i < degree - m; ++i)
+                c[i] = c[i + 1] - c[i];
+        }
+        for (int m = degree - r; m > 0; --m) {
+            for (int i = 0; i < m; ++i)
+                c[i] = (1 - u) * c[i] + u * c[i + 1];
+        }
+        taylor[r] = r <= degree ? binomial * c[0] : 0.0;
+        binomial *= double(degree - r) / (r + 1);
+    }
+}
+
+Vec2<double> PatchBasis::to_native(const DomainPoint& p) const noexcept {
+    if (class_.kind == PatchKind::Regular)
+        return {p.a, p.b};
+    const double angle = std::numbers::pi / n_;
+    const auto at = [&](double turns, double radius) {
+        return Vec2<double>(radius * std::cos(turns * angle), radius * std::sin(turns * angle));
+    };
+    const double c = std::cos(angle);
+    const Vec2<double> left = at(2 * p.sector - 1, c), corner = at(2 * p.sector, 1),
+                       right = at(2 * p.sector + 1, c);
+    return p.a * (1 - p.b) * left + p.a * p.b * corner + (1 - p.a) * p.b * right;
+}
+
+DomainPoint PatchBasis::from_native(Vec2<double> xy) const noexcept {
+    if (class_.kind == PatchKind::Regular)
+        return {0, std::clamp(xy.x, 0.0, 1.0), std::clamp(xy.y, 0.0, 1.0)};
+    const double angle = std::numbers::pi / n_;
+    int sector = static_cast<int>(std::lround(std::atan2(xy.y, xy.x) / (2 * angle)));
+    sector = (sector % n_ + n_) % n_;
+    // Along the corner's direction: p = (a + b) c^2 + a b (1 - 2 c^2), c = cos(pi/n); across:
+    // q = (b - a) c sin(pi/n). With t = a + b this is a quadratic equation for t.
+    const double cs = std::cos(2 * sector * angle), sn = std::sin(2 * sector * angle);
+    const double p = xy.x * cs + xy.y * sn, q = xy.y * cs - xy.x * sn;
+    const double c = std::cos(angle), c2 = c * c;
+    const double difference = q / (c * std::sin(angle));
+    const double k2 = (1 - 2 * c2) / 4;
+    const double k0 = k2 * difference * difference + p;
+    const double root = std::sqrt(std::max(0.0, c2 * c2 + 4 * k2 * k0));
+    const double t = 2 * k0 / (c2 + root);
+    return {sector, std::clamp((t - difference) / 2, 0.0, 1.0),
+            std::clamp((t + difference) / 2, 0.0, 1.0)};
+}
+
+PatchBasis::SideParameters PatchBasis::side_parameters(const DomainPoint& p) const {
+    const Domain<0> domain(*this, p, Chart::Native);
+    SideParameters r;
+    for (int i = 0; i < n_; ++i) {
+        r.s.push_back(domain.s(i).c[0]);
+        r.h.push_back(domain.h(i).c[0]);
+    }
+    return r;
+}
+
+}  // namespace osdx

@@ -1,0 +1,55 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "far/types.h"
+
+namespace osdx {
+
+/// Position and derivatives of a surface at a point, in the chart that was asked for.
+/// Derivatives beyond the order that was asked for are zero.
+template <class T>
+struct SurfaceJet {
+    Vec3<T> p{0};
+    Vec3<T> du{0}, dv{0};
+    Vec3<T> duu{0}, duv{0}, dvv{0};
+};
+
+/// Unit normal du x dv; zero where du and dv are parallel to rounding.
+template <class T>
+Vec3<T> normal(const SurfaceJet<T>& s) noexcept {
+    // In double: the squares of float derivatives of a tiny model underflow.
+    const Vec3<double> u(s.du), v(s.dv);
+    const Vec3<double> n = glm::cross(u, v);
+    const double length = glm::length(n);
+    // The product of two vectors of these lengths has this much rounding.
+    const double rounding = 1e-14 * glm::length(u) * glm::length(v);
+    return length > rounding ? Vec3<T>(n / length) : Vec3<T>(0);
+}
+
+/// Mean and Gauss curvature; positive mean curvature bends towards the normal. Zero where
+/// there is no normal.
+template <class T>
+struct Curvature {
+    T mean = 0, gauss = 0;
+};
+
+template <class T>
+Curvature<T> curvature(const SurfaceJet<T>& s) noexcept {
+    const Vec3<double> n(normal(SurfaceJet<double>{{}, Vec3<double>(s.du), Vec3<double>(s.dv)}));
+    const Vec3<double> u(s.du), v(s.dv);
+    const double E = glm::dot(u, u), F = glm::dot(u, v), G = glm::dot(v, v);
+    const double L = glm::dot(n, Vec3<double>(s.duu)), M = glm::dot(n, Vec3<double>(s.duv)),
+                 N = glm::dot(n, Vec3<double>(s.dvv));
+    const double det = E * G - F * F;
+    if (n == Vec3<double>(0) || !(det > 0))
+        return {};
+    return {static_cast<T>((E * N - 2 * F * M + G * L) / (2 * det)),
+            static_cast<T>((L * N - M * M) / det)};
+}
+
+}  // namespace osdx

@@ -1,0 +1,50 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
+#include <OpenMesh/Core/Mesh/Traits.hh>
+
+#include "far/mesh_data.h"
+#include "far/result.h"
+
+namespace osdx {
+
+struct MeshTraits : OpenMesh::DefaultTraits {
+    using Point = OpenMesh::Vec3d;
+};
+
+/// The input mesh as OpenMesh holds it: polygons of any size with double positions. Later
+/// stages work on the flat arrays of far/topology.h.
+using Mesh = OpenMesh::PolyMesh_ArrayKernelT<MeshTraits>;
+
+struct MeshOptions {
+    bool ignore_tags = false;  ///< take the mesh as if it had no tags
+};
+
+/// Checks the arrays and gives them to OpenMesh, vertex i to vertex i and face i to face i:
+/// nothing is dropped, doubled or renumbered. A vertex that no face uses is kept.
+/// \return every ErrorCode from EmptyMesh to UnsupportedTag, with the element and its line.
+Result<Mesh> build_mesh(const MeshData& data, const MeshOptions& options = {});
+
+/// The arrays of any OpenMesh polygon mesh, with its numbering.
+/// \pre no element is marked as deleted (call garbage_collection() first)
+template <class Traits>
+MeshData to_mesh_data(const OpenMesh::PolyMesh_ArrayKernelT<Traits>& mesh) {
+    MeshData data;
+    data.positions.reserve(mesh.n_vertices());
+    for (const auto v : mesh.all_vertices()) {
+        const auto p = mesh.point(v);
+        data.positions.emplace_back(p[0], p[1], p[2]);
+    }
+    data.face_sizes.reserve(mesh.n_faces());
+    for (const auto f : mesh.all_faces()) {
+        data.face_sizes.push_back(mesh.valence(f));
+        for (const auto v : f.vertices_ccw())
+            data.face_vertices.push_back(static_cast<Index>(v.idx()));
+    }
+    return data;
+}
+
+}  // namespace osdx

@@ -1,0 +1,144 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "far/address.h"
+#include "far/patch_class.h"
+#include "far/stencil_table.h"
+#include "far/topology.h"
+
+namespace osdx {
+
+/// One patch, as a view into the table that owns it.
+struct PatchRef {
+    Index patch_class;  ///< index into PatchTable::classes()
+    int level;          ///< of refinement; 0: its control points are base vertices
+    std::span<const Index> points;  ///< control points in the order of PatchClass
+};
+
+/// A point of a patch, and how the (u, v) of its base face run there.
+///
+/// Regular: (a, b) is (s, t) of [0,1]^2 and sector is 0. EV and EF: (a, b) of [0,1]^2 are the
+/// bilinear coordinates of the sector's quad in the regular n-gon: centre (0,0), middle of
+/// side i (1,0), corner i (1,1), middle of side i+1 (0,1).
+/// d(a, b)/d(u, v) is `scale` times the rotation by `quarter_turns` times 90 degrees.
+struct PatchPoint {
+    Index patch = kInvalidIndex;
+    Index sector = 0;
+    double a = 0, b = 0;
+    int quarter_turns = 0;
+    double scale = 1;
+};
+
+/// A quarter of a base face, at one of its corners: corner at (0,0), middle of the edge that
+/// leaves it at (1,0), face centre at (1,1), middle of the edge that enters it at (0,1).
+/// Quarters are numbered like halfedges of the base mesh.
+struct QuarterPoint {
+    Index quarter = 0;
+    double x = 0, y = 0;
+};
+
+/// A square of a quarter that lies in one patch: a leaf of the quarter's quadtree.
+struct Cell {
+    Index quarter;
+    Index patch;
+    Vec2<double> origin;  ///< of the cell's frame, in the quarter
+    Vec2<double> x_axis;  ///< its first side; the second is this, turned by 90 degrees
+};
+
+/// The patches of a mesh, in flat arrays: topology and stencils, no positions.
+///
+/// Each base face is cut into quarters, each quarter is the root of a quadtree whose leaves
+/// are cells of patches. So every point of a face lies in one patch, and patches of any
+/// levels may meet.
+///
+/// A point index below n_base_points() is a vertex of the base mesh; the others are
+/// control points of refined meshes, fixed affine combinations (stencils) of base vertices.
+///
+/// Threads: const members may run at the same time.
+class PatchTable {
+public:
+    Index n_base_points() const noexcept { return n_base_points_; }
+    Index n_points() const noexcept { return n_base_points_ + refined_points_.n_rows(); }
+    Index n_patches() const noexcept { return static_cast<Index>(patches_.size()); }
+    int n_levels() const noexcept { return n_levels_; }
+    int degree() const noexcept { return degree_; }
+    const Topology& base() const noexcept { return base_; }
+    std::span<const PatchClass> classes() const noexcept { return classes_; }
+    PatchRef patch(Index i) const noexcept;
+    const PatchClass& class_of(Index patch) const noexcept {
+        return classes_[patches_[patch].patch_class];
+    }
+    /// Stencils of the points from n_base_points() on, over the base points.
+    const StencilTable& refined_points() const noexcept { return refined_points_; }
+
+    /// The first n_base_points() of `points` are the base positions; fills the others.
+    /// \pre points.size() == n_points()
+    template <class V>
+    void refresh_points(std::span<V> points) const noexcept {
+        refined_points_.apply(std::span<const V>(points.first(n_base_points_)),
+                              points.subspan(n_base_points_));
+    }
+
+    /// The patch under a point; outside [0,1]^2 of a quad or the tiles of another face the
+    /// point is clamped.
+    /// \pre address.face < base().n_faces()
+    PatchPoint locate(const Address& address) const noexcept;
+    PatchPoint locate(const QuarterPoint& point) const noexcept;
+
+    QuarterPoint to_quarter(const Address& address) const noexcept;
+    Address to_address(const QuarterPoint& point) const noexcept;
+    /// d(x, y)/d(u, v) of to_quarter() is 2 times the rotation by this many quarter turns.
+    int quarter_turns(Index quarter) const noexcept;
+
+    /// Every leaf with its place in its quarter.
+    std::vector<Cell> cells() const;
+
+private:
+    friend class PatchTableBuilder;
+
+    // Where a cell lies in the chart of its patch.
+    struct Leaf {
+        Index patch;
+        Index sector;
+        std::int16_t x, y;   // origin of the cell's frame, in half-edges of the control mesh
+        std::uint8_t size;   // of the cell, in half-edges: 1 or 2
+        std::uint8_t turns;  // quarter turns of the cell's frame
+    };
+    struct Record {
+        Index patch_class;
+        Index first_point;
+        std::uint8_t level;
+    };
+
+    int degree_ = 3;
+    int n_levels_ = 0;
+    Index n_base_points_ = 0;
+    Topology base_;
+    StencilTable refined_points_;
+    std::vector<PatchClass> classes_;
+    std::vector<Record> patches_;
+    std::vector<Index> points_;  // of all patches, from first_point on
+    std::vector<Leaf> leaves_;
+    // Roots: one per quarter. The top bit marks a leaf, the rest is its index; without it,
+    // the index of the first of four children, child j at corner j of the parent's frame.
+    std::vector<Index> nodes_;
+};
+
+struct PatchTableOptions {
+    int degree = 3;  ///< of the patches; kMinDegree to kMaxDegree
+};
+
+/// Covers the surface with patches, each at the coarsest level at which its neighbourhood
+/// allows it: an extraordinary vertex or face that is isolated in the base mesh needs no
+/// refinement.
+/// Source: Hettinga and Kosinka, Multisided B-spline patches over extraordinary regions
+/// (2020), for the control nets.
+/// \pre kMinDegree <= options.degree <= kMaxDegree
+PatchTable build_patch_table(Topology base, const PatchTableOptions& options = {});
+
+}  // namespace osdx

@@ -1,0 +1,66 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "far/stencil_table.h"
+#include "far/topology.h"
+#include "far/types.h"
+
+namespace osdx {
+
+/// One level of uniform refinement.
+struct RefinedLevel {
+    Topology topology;
+    /// From the points of the level above to the points of this one: the tables are applied
+    /// one after the other. Kept apart, since their product is much larger.
+    std::vector<StencilTable> factors;
+    /// Even degrees: vertex h comes from corner h of the level above, and this halfedge
+    /// starts there in the face of that corner's vertex (at level 1) or face (later levels).
+    /// Empty for odd degrees.
+    std::vector<Index> corner_halfedges;
+};
+
+/// Uniform subdivision of any degree d >= 2: on a regular grid the refinement of the uniform
+/// B-spline of bi-degree d, elsewhere its natural generalisation.
+///
+/// Odd d: linear subdivision, then (d - 1)/2 smoothings of the vertices; d = 3 is
+/// Catmull-Clark. Vertices of a level: those of the level above, its edges, its faces.
+/// Even d: linear subdivision, its dual, then (d - 2)/2 smoothings. Vertices of a level:
+/// the corners (halfedges) of the level above; a vertex that no face uses has none.
+/// Source: Stam, On subdivision schemes generalizing uniform B-spline surfaces of arbitrary
+/// degree (2001).
+class Refinement {
+public:
+    /// \pre kMinDegree <= degree <= kMaxDegree
+    Refinement(Topology base, int degree);
+
+    int degree() const noexcept { return degree_; }
+    int n_levels() const noexcept { return static_cast<int>(levels_.size()); }
+    /// Level 0 is the base mesh.
+    const RefinedLevel& level(int i) const noexcept { return levels_[i]; }
+    const Topology& topology(int i) const noexcept { return levels_[i].topology; }
+
+    void add_level();
+
+    /// The points of the last level.
+    /// \pre base.size() == topology(0).n_vertices()
+    std::vector<Vec3<double>> points(std::span<const Vec3<double>> base) const;
+
+    /// The points of levels 1, 2, ... as stencils over the base vertices. Rows that
+    /// `wanted` flags, by level and vertex, are made; other rows are empty.
+    /// \pre wanted.size() == n_levels(); wanted[i].size() == topology(i).n_vertices()
+    std::vector<StencilTable> stencils(std::vector<std::vector<bool>> wanted) const;
+
+    /// The points of the last level as stencils over the base vertices.
+    StencilTable stencils() const;
+
+private:
+    int degree_;
+    std::vector<RefinedLevel> levels_;
+};
+
+}  // namespace osdx

@@ -1,0 +1,84 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <vector>
+
+#include "far/mesh.h"
+#include "far/types.h"
+
+namespace osdx {
+
+/// Connectivity of a closed polygon mesh in flat arrays.
+///
+/// A halfedge is a corner of a face with the edge that leaves it: the halfedges of face f
+/// are face_offsets[f] .. face_offsets[f + 1], counter-clockwise. All functions are O(1)
+/// but valence().
+///
+/// Shapes: face_offsets n_faces + 1; vertex, twin, edge, face n_halfedges;
+/// vertex_halfedge n_vertices.
+struct Topology {
+    std::vector<Index> face_offsets{0};
+    std::vector<Index> vertex;           ///< where the halfedge starts
+    std::vector<Index> twin;             ///< the halfedge on the other side of the edge
+    std::vector<Index> edge;             ///< shared with the twin
+    std::vector<Index> face;             ///< on the left of the halfedge
+    std::vector<Index> vertex_halfedge;  ///< one that starts here; kInvalidIndex if unused
+    Index n_edges = 0;
+
+    Index n_vertices() const noexcept { return static_cast<Index>(vertex_halfedge.size()); }
+    Index n_faces() const noexcept { return static_cast<Index>(face_offsets.size() - 1); }
+    Index n_halfedges() const noexcept { return static_cast<Index>(vertex.size()); }
+    Index face_size(Index f) const noexcept { return face_offsets[f + 1] - face_offsets[f]; }
+
+    Index next(Index h) const noexcept {
+        const Index f = face[h];
+        return h + 1 == face_offsets[f + 1] ? face_offsets[f] : h + 1;
+    }
+    Index prev(Index h) const noexcept {
+        const Index f = face[h];
+        return h == face_offsets[f] ? face_offsets[f + 1] - 1 : h - 1;
+    }
+    /// The next halfedge counter-clockwise about the vertex where h starts.
+    Index ccw(Index h) const noexcept { return twin[prev(h)]; }
+    Index to_vertex(Index h) const noexcept { return vertex[next(h)]; }
+
+    /// Calls f(halfedge) for the halfedges that start at v, counter-clockwise.
+    template <class F>
+    void for_each_outgoing(Index v, F&& f) const {
+        const Index first = vertex_halfedge[v];
+        if (first == kInvalidIndex)
+            return;
+        Index h = first;
+        do {
+            f(h);
+            h = ccw(h);
+        } while (h != first);
+    }
+
+    Index valence(Index v) const noexcept {
+        Index n = 0;
+        for_each_outgoing(v, [&](Index) { ++n; });
+        return n;
+    }
+};
+
+/// Flattens a mesh that build_mesh made, with its numbering of vertices and faces.
+Topology build_topology(const Mesh& mesh);
+
+/// Linear subdivision: every face becomes one quad per corner.
+///
+/// Vertices: those of the mesh, then one per edge, then one per face. Face h of the result
+/// is the quad at halfedge h of the input: corner h, middle of the edge that leaves it, face
+/// centre, middle of the edge that enters it.
+Topology split(const Topology& topology);
+
+/// The dual mesh: its vertex f is face f of the input, its faces are the vertices that have
+/// faces, in their order.
+///
+/// \param halfedge_map  when not null: for each halfedge h of the input, the halfedge of
+///        the dual that starts at dual vertex face(h) inside the dual face vertex(h).
+Topology dual(const Topology& topology, std::vector<Index>* halfedge_map = nullptr);
+
+}  // namespace osdx
