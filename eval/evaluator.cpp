@@ -12,7 +12,8 @@ namespace {
 /// From Taylor coefficients in the bilinear sector to derivatives in (u, v) of the base
 /// face. V is a number or a vector.
 template <int Order, class V>
-void to_base_uv(const PatchPoint& where, std::array<V, n_derivatives(Order)>& d) noexcept {
+void to_base_uv(const PatchPoint& where,
+                std::array<V, n_derivatives(Order)>& d) noexcept {
     if constexpr (Order > 0) {
         const V a = where.scale * d[1], b = where.scale * d[2];
         switch (where.quarter_turns) {  // u and v run along: a b, b -a, -a -b, -b a
@@ -43,15 +44,16 @@ void to_base_uv(const PatchPoint& where, std::array<V, n_derivatives(Order)>& d)
 /// \param value  value(i, c): channel c of control point i of the patch
 template <int Order, int N, class Value>
 std::array<std::array<double, n_derivatives(Order)>, N> evaluate_block(
-    const PatchBasis& basis, const PatchPoint& where, Chart chart, Value&& value) noexcept {
+    const PatchBasis& basis, const PatchPoint& where, Chart chart,
+    Value&& value) noexcept {
     using J = Jet<double, Order>;
     std::array<J, N> sums;
-    const J f = basis.for_each_weight<Order>(
-        {static_cast<int>(where.sector), where.a, where.b}, chart,
-        [&](Index i, const J& w) {
-            for (int c = 0; c < N; ++c)
-                sums[c] += double(value(i, c)) * w;
-        });
+    const J f =
+        basis.for_each_weight<Order>({static_cast<int>(where.sector), where.a, where.b},
+                                     chart, [&](Index i, const J& w) {
+                                         for (int c = 0; c < N; ++c)
+                                             sums[c] += double(value(i, c)) * w;
+                                     });
     const bool rational = basis.patch_class().kind != PatchKind::Regular;
     std::array<std::array<double, n_derivatives(Order)>, N> out;
     for (int c = 0; c < N; ++c) {
@@ -68,14 +70,15 @@ std::array<std::array<double, n_derivatives(Order)>, N> evaluate_block(
 
 template <int Order, class T>
 void channels(const PatchBasis& basis, std::span<const Index> points,
-              std::span<const T> values, int n_channels, const PatchPoint& where, Chart chart,
-              std::span<T> out) noexcept {
+              std::span<const T> values, int n_channels, const PatchPoint& where,
+              Chart chart, std::span<T> out) noexcept {
     constexpr int kBlock = 4;
     for (int first = 0; first < n_channels; first += kBlock) {
         const int n = std::min(kBlock, n_channels - first);
         const auto block =
             evaluate_block<Order, kBlock>(basis, where, chart, [&](Index i, int c) {
-                return c < n ? values[std::size_t(points[i]) * n_channels + first + c] : T(0);
+                return c < n ? values[std::size_t(points[i]) * n_channels + first + c]
+                             : T(0);
             });
         for (int c = 0; c < n; ++c) {
             for (int r = 0; r < n_derivatives(Order); ++r)
@@ -91,12 +94,12 @@ void all_weights(const PatchBasis& basis, const PatchPoint& where, Chart chart,
     constexpr int kDerivatives = n_derivatives(Order);
     const std::size_t n = out.size() / kDerivatives;
     std::ranges::fill(out, 0.0);
-    const J f = basis.for_each_weight<Order>(
-        {static_cast<int>(where.sector), where.a, where.b}, chart,
-        [&](Index i, const J& w) {
-            for (int r = 0; r < kDerivatives; ++r)
-                out[r * n + i] += w.c[r];
-        });
+    const J f =
+        basis.for_each_weight<Order>({static_cast<int>(where.sector), where.a, where.b},
+                                     chart, [&](Index i, const J& w) {
+                                         for (int r = 0; r < kDerivatives; ++r)
+                                             out[r * n + i] += w.c[r];
+                                     });
     for (std::size_t i = 0; i < n; ++i) {
         J w;
         for (int r = 0; r < kDerivatives; ++r)
@@ -123,8 +126,8 @@ Evaluator::Evaluator(const PatchTable& table) : table_(&table) {
 }
 
 template <class T, int Order>
-SurfaceJet<T> Evaluator::evaluate(std::span<const Vec3<T>> points, const PatchPoint& where,
-                                  Chart chart) const noexcept {
+SurfaceJet<T> Evaluator::evaluate(std::span<const Vec3<T>> points,
+                                  const PatchPoint& where, Chart chart) const noexcept {
     assert(points.size() == table_->n_points());
     const PatchRef patch = table_->patch(where.patch);
     const auto block = evaluate_block<Order, 3>(
@@ -157,11 +160,14 @@ void Evaluator::evaluate_channels(std::span<const T> values, int n_channels,
     const PatchBasis& basis = bases_[patch.patch_class];
     switch (order) {
         case 0:
-            return channels<0>(basis, patch.points, values, n_channels, where, chart, out);
+            return channels<0>(basis, patch.points, values, n_channels, where, chart,
+                               out);
         case 1:
-            return channels<1>(basis, patch.points, values, n_channels, where, chart, out);
+            return channels<1>(basis, patch.points, values, n_channels, where, chart,
+                               out);
         default:
-            return channels<2>(basis, patch.points, values, n_channels, where, chart, out);
+            return channels<2>(basis, patch.points, values, n_channels, where, chart,
+                               out);
     }
 }
 
@@ -180,16 +186,16 @@ void Evaluator::weights(const PatchPoint& where, int order, Chart chart,
     }
 }
 
-#define OSDX_INSTANTIATE(T)                                                                 \
-    template SurfaceJet<T> Evaluator::evaluate<T, 0>(                                       \
-        std::span<const Vec3<T>>, const PatchPoint&, Chart) const noexcept;                 \
-    template SurfaceJet<T> Evaluator::evaluate<T, 1>(                                       \
-        std::span<const Vec3<T>>, const PatchPoint&, Chart) const noexcept;                 \
-    template SurfaceJet<T> Evaluator::evaluate<T, 2>(                                       \
-        std::span<const Vec3<T>>, const PatchPoint&, Chart) const noexcept;                 \
-    template void Evaluator::evaluate_channels<T>(std::span<const T>, int,                  \
-                                                  const PatchPoint&, int, Chart,            \
-                                                  std::span<T>) const noexcept;
+#define OSDX_INSTANTIATE(T)                                                   \
+    template SurfaceJet<T> Evaluator::evaluate<T, 0>(                         \
+        std::span<const Vec3<T>>, const PatchPoint&, Chart) const noexcept;   \
+    template SurfaceJet<T> Evaluator::evaluate<T, 1>(                         \
+        std::span<const Vec3<T>>, const PatchPoint&, Chart) const noexcept;   \
+    template SurfaceJet<T> Evaluator::evaluate<T, 2>(                         \
+        std::span<const Vec3<T>>, const PatchPoint&, Chart) const noexcept;   \
+    template void Evaluator::evaluate_channels<T>(                            \
+        std::span<const T>, int, const PatchPoint&, int, Chart, std::span<T>) \
+        const noexcept;
 OSDX_INSTANTIATE(float)
 OSDX_INSTANTIATE(double)
 #undef OSDX_INSTANTIATE

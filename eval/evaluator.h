@@ -13,7 +13,9 @@
 namespace osdx {
 
 /// Number of values up to an order: 1, 3 or 6, in the order p, du, dv, duu, duv, dvv.
-constexpr int n_derivatives(int order) noexcept { return (order + 1) * (order + 2) / 2; }
+constexpr int n_derivatives(int order) noexcept {
+    return (order + 1) * (order + 2) / 2;
+}
 
 /// Evaluates the surface of a patch table at single points.
 ///
@@ -58,8 +60,9 @@ public:
     /// \pre values.size() == table().n_points() n_channels;
     ///      out.size() == n_derivatives(order) n_channels
     template <class T>
-    void evaluate_channels(std::span<const T> values, int n_channels, const PatchPoint& where,
-                           int order, Chart chart, std::span<T> out) const noexcept;
+    void evaluate_channels(std::span<const T> values, int n_channels,
+                           const PatchPoint& where, int order, Chart chart,
+                           std::span<T> out) const noexcept;
 
     /// The weights of the control points of the patch and their derivatives: derivative r
     /// of point i is out[r * n + i], n the number of control points.

@@ -42,10 +42,12 @@ PatchBasis::PatchBasis(const PatchClass& patch_class)
     const double angle = std::numbers::pi / n_;
     for (int k = 0; k < n_; ++k) {
         // cos(pi/n) - cos((2k+1) pi/n), as a product: no cancellation, exact 0 on the side.
-        const double d =
-            k == 0 || k == n_ - 1 ? 0.0 : 2 * std::sin(k * angle) * std::sin((k + 1) * angle);
+        const double d = k == 0 || k == n_ - 1
+                             ? 0.0
+                             : 2 * std::sin(k * angle) * std::sin((k + 1) * angle);
         vertex_distance_.push_back(d);
-        normals_.emplace_back(std::cos((2 * k - 1) * angle), std::sin((2 * k - 1) * angle));
+        normals_.emplace_back(std::cos((2 * k - 1) * angle),
+                              std::sin((2 * k - 1) * angle));
     }
     if (ev)
         extended_ = extended_coefficients(d_);
@@ -54,11 +56,11 @@ PatchBasis::PatchBasis(const PatchClass& patch_class)
         for (int j = 0; j < columns_; ++j) {
             for (int k = 0; k < d_; ++k) {
                 const int m = d_ - 1, b = m - k;
-                ribbon_points_.push_back(static_cast<Index>(
-                    !ev      ? (j < d_ ? class_.ef_point(before, m - j, b)
-                                       : class_.ef_point(i, b, j - d_))
-                    : j <= m ? class_.ev_point(before, m - j, b)
-                             : class_.ev_point(i, b, j - m)));
+                ribbon_points_.push_back(
+                    static_cast<Index>(!ev ? (j < d_ ? class_.ef_point(before, m - j, b)
+                                                     : class_.ef_point(i, b, j - d_))
+                                       : j <= m ? class_.ev_point(before, m - j, b)
+                                                : class_.ev_point(i, b, j - m)));
             }
         }
     }
@@ -98,7 +100,8 @@ Vec2<double> PatchBasis::to_native(const DomainPoint& p) const noexcept {
         return {p.a, p.b};
     const double angle = std::numbers::pi / n_;
     const auto at = [&](double turns, double radius) {
-        return Vec2<double>(radius * std::cos(turns * angle), radius * std::sin(turns * angle));
+        return Vec2<double>(radius * std::cos(turns * angle),
+                            radius * std::sin(turns * angle));
     };
     const double c = std::cos(angle);
     const Vec2<double> left = at(2 * p.sector - 1, c), corner = at(2 * p.sector, 1),

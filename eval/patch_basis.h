@@ -83,22 +83,24 @@ private:
     template <int Order, class Sink>
     Jet<double, Order> regular_weights(double s, double t, Sink&& sink) const noexcept;
     template <int Order, class Sink>
-    void ribbon_weights(int ribbon, const Jet<double, Order>& s, const Jet<double, Order>& h,
-                        const Jet<double, Order>& alpha, const Jet<double, Order>& beta,
-                        Jet<double, Order>& f, Sink&& sink) const noexcept;
+    void ribbon_weights(int ribbon, const Jet<double, Order>& s,
+                        const Jet<double, Order>& h, const Jet<double, Order>& alpha,
+                        const Jet<double, Order>& beta, Jet<double, Order>& f,
+                        Sink&& sink) const noexcept;
 
     /// Taylor coefficients of the rows of a ribbon at hbar = interval + u.
-    void row_basis(int interval, double u, int order, std::span<double> out) const noexcept;
+    void row_basis(int interval, double u, int order,
+                   std::span<double> out) const noexcept;
 
     double centre_distance() const noexcept;
 
     int cyclic(int i) const noexcept { return i < 0 ? i + n_ : i >= n_ ? i - n_ : i; }
 
     PatchClass class_;
-    int n_;           // sides
-    int d_;           // degree
-    int intervals_;   // of a ribbon in both directions
-    int columns_;     // of a ribbon
+    int n_;                                // sides
+    int d_;                                // degree
+    int intervals_;                        // of a ribbon in both directions
+    int columns_;                          // of a ribbon
     std::vector<double> vertex_distance_;  // m: of v_(k+m) to side k
     std::vector<Vec2<double>> normals_;    // k: (cos, sin) of the direction to side k
     std::vector<Index> ribbon_points_;     // ribbon, column, row: control point
@@ -164,7 +166,8 @@ public:
             return h_q_;
         if (i == basis_.cyclic(p_.sector + 1))
             return h_q1_;
-        return J<Order>(1.0) - (wachspress(i) + wachspress(basis_.cyclic(i - 1))) * inverse_;
+        return J<Order>(1.0) -
+               (wachspress(i) + wachspress(basis_.cyclic(i - 1))) * inverse_;
     }
 
     /// towards^d / (towards^d + from^d): the smaller one over the larger avoids underflow.
@@ -242,7 +245,8 @@ void PatchBasis::ribbon_weights(int ribbon, const Jet<double, Order>& s,
     const JetPowers<double, Order> s_powers(sbar), h_powers(hbar);
 
     std::array<double, (kMaxDegree + 1) * kStride> taylor;
-    const std::span<double> basis(taylor.data(), static_cast<std::size_t>(d_ + 1) * kStride);
+    const std::span<double> basis(taylor.data(),
+                                  static_cast<std::size_t>(d_ + 1) * kStride);
     row_basis(row0, hbar.c[0] - row0, Order, basis);
     std::array<Jet<double, Order>, kMaxDegree> rows;
     for (int k = row0; k < d_; ++k)

@@ -40,10 +40,12 @@ struct Curvature {
 
 template <class T>
 Curvature<T> curvature(const SurfaceJet<T>& s) noexcept {
-    const Vec3<double> n(normal(SurfaceJet<double>{{}, Vec3<double>(s.du), Vec3<double>(s.dv)}));
+    const Vec3<double> n(
+        normal(SurfaceJet<double>{{}, Vec3<double>(s.du), Vec3<double>(s.dv)}));
     const Vec3<double> u(s.du), v(s.dv);
     const double E = glm::dot(u, u), F = glm::dot(u, v), G = glm::dot(v, v);
-    const double L = glm::dot(n, Vec3<double>(s.duu)), M = glm::dot(n, Vec3<double>(s.duv)),
+    const double L = glm::dot(n, Vec3<double>(s.duu)),
+                 M = glm::dot(n, Vec3<double>(s.duv)),
                  N = glm::dot(n, Vec3<double>(s.dvv));
     const double det = E * G - F * F;
     if (n == Vec3<double>(0) || !(det > 0))

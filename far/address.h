@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include "far/topology.h"
 #include "far/types.h"
 
 namespace osdx {
@@ -19,5 +20,50 @@ struct Address {
     Index face = 0;
     double u = 0, v = 0;
 };
+
+/// A quarter of a base face, at one of its corners: corner at (0,0), middle of the edge that
+/// leaves it at (1,0), face centre at (1,1), middle of the edge that enters it at (0,1).
+/// Quarters are numbered like halfedges of the base mesh.
+struct QuarterPoint {
+    Index quarter = 0;
+    double x = 0, y = 0;
+};
+
+/// Outside [0,1]^2 of a quad, or the tiles of another face, the point is clamped.
+/// \pre address.face < base.n_faces()
+QuarterPoint to_quarter(const Topology& base, const Address& address) noexcept;
+Address to_address(const Topology& base, const QuarterPoint& point) noexcept;
+
+/// d(x, y)/d(u, v) of to_quarter() is 2 times the rotation by this many quarter turns.
+int quarter_turns(const Topology& base, Index quarter) noexcept;
+
+/// The same point, on a side of its quarter, in the quarter across that side.
+/// \param side  0: y = 0, 1: x = 1, 2: y = 1, 3: x = 0
+QuarterPoint cross_side(const Topology& base, const QuarterPoint& point,
+                        int side) noexcept;
+
+/// The point of a base edge at t in [0, 1] from the start of a halfedge, in its face.
+QuarterPoint edge_point(const Topology& base, Index halfedge, double t) noexcept;
+
+/// (x, y) turned by k times 90 degrees.
+template <class T>
+constexpr Vec2<T> turn(Vec2<T> p, int k) noexcept {
+    switch (k & 3) {
+        case 1:
+            return {-p.y, p.x};
+        case 2:
+            return {-p.x, -p.y};
+        case 3:
+            return {p.y, -p.x};
+        default:
+            return p;
+    }
+}
+
+/// Corner k of the unit square, counter-clockwise from the origin.
+template <class T>
+constexpr Vec2<T> square_corner(int k) noexcept {
+    return {T(k == 1 || k == 2), T(k >= 2)};
+}
 
 }  // namespace osdx

@@ -44,9 +44,10 @@ Status check_sizes(const MeshData& data) {
     for (const Index n : data.face_sizes)
         sum += n;
     if (sum != data.face_vertices.size()) {
-        return fail(ErrorCode::SizeMismatch,
-                    fmt::format("the face sizes add up to {}, but there are {} face vertices",
-                                sum, data.face_vertices.size()));
+        return fail(
+            ErrorCode::SizeMismatch,
+            fmt::format("the face sizes add up to {}, but there are {} face vertices",
+                        sum, data.face_vertices.size()));
     }
     return ok();
 }
@@ -55,10 +56,10 @@ Status check_positions(const MeshData& data) {
     for (Index v = 0; v < data.positions.size(); ++v) {
         const auto& p = data.positions[v];
         if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
-            return fail(ErrorCode::NonFinitePoint,
-                        fmt::format("vertex {} has the position ({}, {}, {})", v, p.x, p.y,
-                                    p.z),
-                        v, line_of(data.vertex_lines, v));
+            return fail(
+                ErrorCode::NonFinitePoint,
+                fmt::format("vertex {} has the position ({}, {}, {})", v, p.x, p.y, p.z),
+                v, line_of(data.vertex_lines, v));
         }
     }
     return ok();
@@ -77,10 +78,11 @@ Status check_faces(const MeshData& data) {
         sorted.assign(v, v + n);
         std::ranges::sort(sorted);
         if (sorted.back() >= data.positions.size()) {
-            return fail(ErrorCode::IndexOutOfRange,
-                        fmt::format("face {} names vertex {}, but the mesh has {} vertices",
-                                    f, sorted.back(), data.positions.size()),
-                        f, line);
+            return fail(
+                ErrorCode::IndexOutOfRange,
+                fmt::format("face {} names vertex {}, but the mesh has {} vertices", f,
+                            sorted.back(), data.positions.size()),
+                f, line);
         }
         const auto twice = std::ranges::adjacent_find(sorted);
         if (twice != sorted.end()) {
@@ -117,18 +119,20 @@ Result<std::vector<Index>> match_edges(const MeshData& data,
         const Corner& b = corners[order[i + 1]];
         if (n > 2) {
             const Index f = corners[order[i + 2]].face;
-            return fail(ErrorCode::NonManifoldEdge,
-                        fmt::format("face {} is number 3 of {} at the edge of vertices {} "
-                                    "and {}",
-                                    f, n, a.from, a.to),
-                        f, line_of(data.face_lines, f));
+            return fail(
+                ErrorCode::NonManifoldEdge,
+                fmt::format("face {} is number 3 of {} at the edge of vertices {} "
+                            "and {}",
+                            f, n, a.from, a.to),
+                f, line_of(data.face_lines, f));
         }
         if (a.from == b.from) {
-            return fail(ErrorCode::OppositeFaces,
-                        fmt::format("face {} and face {} have opposite orientations: both "
-                                    "run from vertex {} to {}",
-                                    b.face, a.face, a.from, a.to),
-                        b.face, line_of(data.face_lines, b.face));
+            return fail(
+                ErrorCode::OppositeFaces,
+                fmt::format("face {} and face {} have opposite orientations: both "
+                            "run from vertex {} to {}",
+                            b.face, a.face, a.from, a.to),
+                b.face, line_of(data.face_lines, b.face));
         }
         twins[order[i]] = order[i + 1];
         twins[order[i + 1]] = order[i];
@@ -209,11 +213,13 @@ Status check_tags(const MeshData& data) {
             tag.name == "facevaryinginterpolateboundary" ||
             tag.name == "facevaryingpropagatecorners" ||
             ((tag.name == "crease" || tag.name == "corner") && !tag.floats.empty() &&
-             std::ranges::all_of(tag.floats, [](double sharpness) { return sharpness <= 0; }));
+             std::ranges::all_of(tag.floats,
+                                 [](double sharpness) { return sharpness <= 0; }));
         if (!neutral) {
-            return fail(ErrorCode::UnsupportedTag,
-                        fmt::format("tag {} is '{}', which is not supported yet", i, tag.name),
-                        i, tag.line);
+            return fail(
+                ErrorCode::UnsupportedTag,
+                fmt::format("tag {} is '{}', which is not supported yet", i, tag.name), i,
+                tag.line);
         }
     }
     return ok();

@@ -15,8 +15,8 @@ namespace osdx {
 
 /// A `t` line of an OBJ file in OpenSubdiv's form: `t crease 2/1/0 4 7 3.5`.
 struct Tag {
-    std::string name;               ///< "crease", "corner", "hole", "interpolateboundary", ...
-    std::vector<int> ints;          ///< vertex or face indices, counted from 0
+    std::string name;       ///< "crease", "corner", "hole", "interpolateboundary", ...
+    std::vector<int> ints;  ///< vertex or face indices, counted from 0
     std::vector<double> floats;     ///< for instance sharpness
     std::vector<std::string> text;  ///< names, as of crease methods
     Index line = 0;                 ///< of the file; 0 when the tag came from memory

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <map>
 #include <utility>
 
@@ -16,38 +15,17 @@ namespace {
 
 constexpr Index kLeafBit = Index(1) << 31;
 
-/// (x, y) turned by k times 90 degrees.
-template <class T>
-constexpr Vec2<T> turn(Vec2<T> p, int k) noexcept {
-    switch (k & 3) {
-        case 1:
-            return {-p.y, p.x};
-        case 2:
-            return {-p.x, -p.y};
-        case 3:
-            return {p.y, -p.x};
-        default:
-            return p;
-    }
-}
-
-template <class T>
-constexpr Vec2<T> square_corner(int k) noexcept {
-    return {T(k == 1 || k == 2), T(k >= 2)};
-}
-
 /// The corner of the unit square in whose quarter a point lies, and the point in that
-/// quarter's frame: corner at (0,0), x along the side that leaves it, unit side.
-int descend(Vec2<double>& p) noexcept {
-    const int corner = p.y > 0.5 ? (p.x > 0.5 ? 2 : 3) : (p.x > 0.5 ? 1 : 0);
-    // 1 - x is exact for x in [.5, 1], so that the cells' edges fit together exactly.
+/// quarter's frame: corner at (0,0), x along the side that leaves it, unit side. On a middle
+/// line `towards` decides; it is turned along.
+int descend(Vec2<double>& p, Vec2<double>& towards) noexcept {
+    const bool right = p.x > 0.5 || (p.x == 0.5 && towards.x > 0);
+    const bool upper = p.y > 0.5 || (p.y == 0.5 && towards.y > 0);
+    const int corner = upper ? (right ? 2 : 3) : (right ? 1 : 0);
+    // The differences are exact, so that the cells' edges fit together exactly.
     p = turn(2.0 * (p - square_corner<double>(corner)), -corner);
+    towards = turn(towards, -corner);
     return corner;
-}
-
-/// Tiles in a row of the parameterisation of a face that is no quad; see far/address.h.
-int tiles_per_row(Index n) noexcept {
-    return n == 3 ? 2 : n <= 9 ? 3 : 1 + static_cast<int>(std::sqrt(double(n - 1)));
 }
 
 }  // namespace
@@ -58,7 +36,8 @@ int tiles_per_row(Index n) noexcept {
 /// face) or one 4-valent vertex (even degrees, centred at the vertex).
 class PatchTableBuilder {
 public:
-    PatchTableBuilder(Topology base, int degree) : degree_(degree), refinement_(base, degree) {
+    PatchTableBuilder(Topology base, int degree)
+        : degree_(degree), refinement_(base, degree) {
         table_.degree_ = degree;
         table_.n_base_points_ = base.n_vertices();
         table_.nodes_.assign(base.n_halfedges(), kInvalidIndex);
@@ -342,7 +321,8 @@ private:
         const Sector& s = sectors_[i];
         if (c.kind == PatchKind::Regular) {
             if (i == 0) {
-                const Index cell = at_vertex ? t.vertex[starts_[0]] : t.face[twice_cw(starts_[0])];
+                const Index cell =
+                    at_vertex ? t.vertex[starts_[0]] : t.face[twice_cw(starts_[0])];
                 covered_.push_back({cell, node_[cell], {kInvalidIndex, 0, 0, 0, 2, 0}});
             }
             return;
@@ -409,9 +389,10 @@ private:
             const Sector& s = sectors_[i];
             for (int a = 0; a < s.m; ++a) {
                 for (int b = 0; b < s.m; ++b) {
-                    const int local = c.kind == PatchKind::EV   ? c.ev_point(i, a, b)
-                                      : c.kind == PatchKind::EF ? c.ef_point(i, a, b)
-                                                                : grid_point(at_vertex, i, a, b);
+                    const int local = c.kind == PatchKind::EV ? c.ev_point(i, a, b)
+                                      : c.kind == PatchKind::EF
+                                          ? c.ef_point(i, a, b)
+                                          : grid_point(at_vertex, i, a, b);
                     table_.points_[first + local] = point(s.vertex(a, b));
                 }
             }
@@ -456,7 +437,8 @@ private:
     Refinement refinement_;
     PatchTable table_;
     std::map<PatchClass, Index> class_index_;
-    std::vector<std::pair<int, Index>> refined_;  // level and vertex of each refined point
+    std::vector<std::pair<int, Index>>
+        refined_;  // level and vertex of each refined point
 
     int level_ = 0;
     std::vector<bool> regular_;    // per vertex of this level: valence 4
@@ -479,49 +461,14 @@ PatchRef PatchTable::patch(Index i) const noexcept {
     return {r.patch_class, r.level, std::span(points_).subspan(r.first_point, n)};
 }
 
-QuarterPoint PatchTable::to_quarter(const Address& address) const noexcept {
-    const Index first = base_.face_offsets[address.face];
-    const Index n = base_.face_size(address.face);
-    if (n == 4) {
-        Vec2<double> p(std::clamp(address.u, 0.0, 1.0), std::clamp(address.v, 0.0, 1.0));
-        const int corner = descend(p);
-        return {first + corner, p.x, p.y};
-    }
-    const int row = tiles_per_row(n);
-    const int i = std::clamp(static_cast<int>(std::floor(address.u)), 0, row - 1);
-    const int j = std::clamp(static_cast<int>(std::floor(address.v)), 0, row - 1);
-    const int corner = std::min(j * row + i, static_cast<int>(n) - 1);
-    const Vec2<double> tile(corner % row, corner / row);
-    return {first + corner, 2.0 * std::clamp(address.u - tile.x, 0.0, 0.5),
-            2.0 * std::clamp(address.v - tile.y, 0.0, 0.5)};
-}
-
-Address PatchTable::to_address(const QuarterPoint& point) const noexcept {
-    const Index face = base_.face[point.quarter];
-    const int corner = static_cast<int>(point.quarter - base_.face_offsets[face]);
-    const Vec2<double> half = 0.5 * Vec2<double>(point.x, point.y);
-    const Index n = base_.face_size(face);
-    if (n == 4) {
-        const Vec2<double> p = square_corner<double>(corner) + turn(half, corner);
-        return {face, p.x, p.y};
-    }
-    const int row = tiles_per_row(n);
-    return {face, corner % row + half.x, corner / row + half.y};
-}
-
-int PatchTable::quarter_turns(Index quarter) const noexcept {
-    const Index face = base_.face[quarter];
-    const auto corner = static_cast<int>(quarter - base_.face_offsets[face]);
-    return base_.face_size(face) == 4 ? -corner & 3 : 0;
-}
-
-PatchPoint PatchTable::locate(const QuarterPoint& point) const noexcept {
+PatchPoint PatchTable::locate(const QuarterPoint& point,
+                              Vec2<double> towards) const noexcept {
     Vec2<double> p(point.x, point.y);
     Index node = nodes_[point.quarter];
-    int turns = quarter_turns(point.quarter);
+    int turns = quarter_turns(base_, point.quarter);
     double scale = 2;
     while (!(node & kLeafBit)) {
-        const int corner = descend(p);
+        const int corner = descend(p, towards);
         node = nodes_[node + corner];
         turns -= corner;
         scale *= 2;
@@ -529,12 +476,16 @@ PatchPoint PatchTable::locate(const QuarterPoint& point) const noexcept {
     const Leaf& leaf = leaves_[node & ~kLeafBit];
     const int extent = class_of(leaf.patch).extent();
     p = Vec2<double>(leaf.x, leaf.y) + double(leaf.size) * turn(p, leaf.turns);
-    return {leaf.patch, leaf.sector,     p.x / extent, p.y / extent, (turns + leaf.turns) & 3,
+    return {leaf.patch,
+            leaf.sector,
+            p.x / extent,
+            p.y / extent,
+            (turns + leaf.turns) & 3,
             scale * leaf.size / extent};
 }
 
 PatchPoint PatchTable::locate(const Address& address) const noexcept {
-    return locate(to_quarter(address));
+    return locate(to_quarter(base_, address));
 }
 
 std::vector<Cell> PatchTable::cells() const {

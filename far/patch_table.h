@@ -34,14 +34,6 @@ struct PatchPoint {
     double scale = 1;
 };
 
-/// A quarter of a base face, at one of its corners: corner at (0,0), middle of the edge that
-/// leaves it at (1,0), face centre at (1,1), middle of the edge that enters it at (0,1).
-/// Quarters are numbered like halfedges of the base mesh.
-struct QuarterPoint {
-    Index quarter = 0;
-    double x = 0, y = 0;
-};
-
 /// A square of a quarter that lies in one patch: a leaf of the quarter's quadtree.
 struct Cell {
     Index quarter;
@@ -84,16 +76,12 @@ public:
                               points.subspan(n_base_points_));
     }
 
-    /// The patch under a point; outside [0,1]^2 of a quad or the tiles of another face the
-    /// point is clamped.
+    /// The patch under a point; addresses out of range are clamped (see to_quarter).
     /// \pre address.face < base().n_faces()
     PatchPoint locate(const Address& address) const noexcept;
-    PatchPoint locate(const QuarterPoint& point) const noexcept;
-
-    QuarterPoint to_quarter(const Address& address) const noexcept;
-    Address to_address(const QuarterPoint& point) const noexcept;
-    /// d(x, y)/d(u, v) of to_quarter() is 2 times the rotation by this many quarter turns.
-    int quarter_turns(Index quarter) const noexcept;
+    /// Where several cells meet, \p towards points into the one that is meant.
+    PatchPoint locate(const QuarterPoint& point,
+                      Vec2<double> towards = {-1, -1}) const noexcept;
 
     /// Every leaf with its place in its quarter.
     std::vector<Cell> cells() const;
@@ -105,7 +93,8 @@ private:
     struct Leaf {
         Index patch;
         Index sector;
-        std::int16_t x, y;   // origin of the cell's frame, in half-edges of the control mesh
+        std::int16_t x,
+            y;  // origin of the cell's frame, in half-edges of the control mesh
         std::uint8_t size;   // of the cell, in half-edges: 1 or 2
         std::uint8_t turns;  // quarter turns of the cell's frame
     };

@@ -74,7 +74,9 @@ private:
 
 /// The result of a function that has nothing to return but success.
 using Status = Result<std::monostate>;
-inline Status ok() { return std::monostate{}; }
+inline Status ok() {
+    return std::monostate{};
+}
 
 /// `return fail(ErrorCode::NonManifoldEdge, "edge 3 7 has 3 faces", 12);`
 inline Error fail(ErrorCode code, std::string message, Index element = kInvalidIndex,

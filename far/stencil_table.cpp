@@ -5,8 +5,8 @@
 
 namespace osdx {
 
-StencilTable compose(const StencilTable& second, const StencilTable& first, Index n_inputs,
-                     const std::vector<bool>& wanted) {
+StencilTable compose(const StencilTable& second, const StencilTable& first,
+                     Index n_inputs, const std::vector<bool>& wanted) {
     // Gustavson (1978): one dense accumulator, cleared by the list of touched entries.
     StencilTable result;
     result.offsets.reserve(second.offsets.size());

@@ -64,7 +64,7 @@ struct StencilTable {
 /// `first`; rows whose flag in `wanted` is false stay empty (all are made when it is
 /// empty).
 /// \param n_inputs  of `first`
-StencilTable compose(const StencilTable& second, const StencilTable& first, Index n_inputs,
-                     const std::vector<bool>& wanted = {});
+StencilTable compose(const StencilTable& second, const StencilTable& first,
+                     Index n_inputs, const std::vector<bool>& wanted = {});
 
 }  // namespace osdx

@@ -95,7 +95,8 @@ Topology dual(const Topology& t, std::vector<Index>* halfedge_map) {
             if (out == kInvalidIndex)
                 out = d.n_halfedges();
             d.vertex.push_back(t.face[h]);
-            d.edge.push_back(t.edge[t.ccw(h)]);  // the edge crossed on the way to the next
+            d.edge.push_back(
+                t.edge[t.ccw(h)]);  // the edge crossed on the way to the next
             d.face.push_back(dual_face);
         });
         d.face_offsets.push_back(d.n_halfedges());

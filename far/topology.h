@@ -20,17 +20,22 @@ namespace osdx {
 /// vertex_halfedge n_vertices.
 struct Topology {
     std::vector<Index> face_offsets{0};
-    std::vector<Index> vertex;           ///< where the halfedge starts
-    std::vector<Index> twin;             ///< the halfedge on the other side of the edge
-    std::vector<Index> edge;             ///< shared with the twin
-    std::vector<Index> face;             ///< on the left of the halfedge
-    std::vector<Index> vertex_halfedge;  ///< one that starts here; kInvalidIndex if unused
+    std::vector<Index> vertex;  ///< where the halfedge starts
+    std::vector<Index> twin;    ///< the halfedge on the other side of the edge
+    std::vector<Index> edge;    ///< shared with the twin
+    std::vector<Index> face;    ///< on the left of the halfedge
+    std::vector<Index>
+        vertex_halfedge;  ///< one that starts here; kInvalidIndex if unused
     Index n_edges = 0;
 
-    Index n_vertices() const noexcept { return static_cast<Index>(vertex_halfedge.size()); }
+    Index n_vertices() const noexcept {
+        return static_cast<Index>(vertex_halfedge.size());
+    }
     Index n_faces() const noexcept { return static_cast<Index>(face_offsets.size() - 1); }
     Index n_halfedges() const noexcept { return static_cast<Index>(vertex.size()); }
-    Index face_size(Index f) const noexcept { return face_offsets[f + 1] - face_offsets[f]; }
+    Index face_size(Index f) const noexcept {
+        return face_offsets[f + 1] - face_offsets[f];
+    }
 
     Index next(Index h) const noexcept {
         const Index f = face[h];

@@ -1,0 +1,144 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include "osd_ext/continuity.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace osdx {
+namespace {
+
+double principal(const Curvature<double>& c) {
+    return std::abs(c.mean) + std::sqrt(std::max(0.0, c.mean * c.mean - c.gauss));
+}
+
+/// Largest values first met; in lengths of the mesh until the end.
+struct Jumps {
+    double gap = 0, angle = 0, mean = 0, gauss = 0, principal = 0;
+    std::size_t n = 0;
+    QuarterPoint at_angle, at_mean, at_gauss;
+
+    void add(const SurfaceJet<double>& a, const SurfaceJet<double>& b,
+             const QuarterPoint& where) {
+        ++n;
+        gap = std::max(gap, glm::length(a.p - b.p));
+        const Vec3<double> na = normal(a), nb = normal(b);
+        const double phi = std::atan2(glm::length(glm::cross(na, nb)), glm::dot(na, nb));
+        const auto ca = curvature(a), cb = curvature(b);
+        raise(angle, phi, at_angle, where);
+        raise(mean, std::abs(ca.mean - cb.mean), at_mean, where);
+        raise(gauss, std::abs(ca.gauss - cb.gauss), at_gauss, where);
+        principal = std::max({principal, osdx::principal(ca), osdx::principal(cb)});
+    }
+    void merge(const Jumps& o) {
+        n += o.n;
+        gap = std::max(gap, o.gap);
+        raise(angle, o.angle, at_angle, o.at_angle);
+        raise(mean, o.mean, at_mean, o.at_mean);
+        raise(gauss, o.gauss, at_gauss, o.at_gauss);
+        principal = std::max(principal, o.principal);
+    }
+    // A value that is not a number counts as the worst.
+    static void raise(double& max, double value, QuarterPoint& at,
+                      const QuarterPoint& where) {
+        if (value > max || std::isnan(value)) {
+            max = value;
+            at = where;
+        }
+    }
+};
+
+/// The point of a cell at (x, y) of its frame.
+Vec2<double> cell_point(const Cell& cell, double x, double y) {
+    return cell.origin + x * cell.x_axis + y * turn(cell.x_axis, 1);
+}
+
+void measure_cell(const Surface& surface, const Cell& cell, int rate, Jumps& jumps) {
+    const PatchTable& table = surface.patches();
+    for (int side = 0; side < 4; ++side) {
+        const Vec2<double> from = square_corner<double>(side),
+                           to = square_corner<double>((side + 1) & 3);
+        const Vec2<double> along = turn(cell.x_axis, side), out = turn(along, 3);
+        for (int i = 0; i <= rate; ++i) {
+            const double t = double(i) / rate;
+            const Vec2<double> q = cell_point(cell, from.x + t * (to.x - from.x),
+                                              from.y + t * (to.y - from.y));
+            QuarterPoint here{cell.quarter, q.x, q.y}, there = here;
+            // Beyond the side, and towards its middle where the side's ends touch others.
+            const Vec2<double> inwards = (t < 0.5 ? 0.5 : -0.5) * along;
+            Vec2<double> towards = out + inwards;
+            int quarter_side = -1;
+            if (out.y < 0 && q.y == 0)
+                quarter_side = 0;
+            else if (out.x > 0 && q.x == 1)
+                quarter_side = 1;
+            else if (out.y > 0 && q.y == 1)
+                quarter_side = 2;
+            else if (out.x < 0 && q.x == 0)
+                quarter_side = 3;
+            if (quarter_side >= 0) {
+                there = cross_side(surface.base(), here, quarter_side);
+                // Crossing side 0 or 1 turns the frame by +90 degrees, 2 or 3 by -90.
+                towards = turn(towards, quarter_side < 2 ? 1 : 3);
+            }
+            const PatchPoint a = table.locate(here, inwards - out),
+                             b = table.locate(there, towards);
+            if (a.patch == b.patch && quarter_side < 0)
+                break;  // an inner side
+            if (a.patch == b.patch)
+                continue;
+            jumps.add(surface.evaluator().evaluate<double>(surface.points(), a),
+                      surface.evaluator().evaluate<double>(surface.points(), b), here);
+        }
+    }
+}
+
+}  // namespace
+
+double bounding_diagonal(std::span<const Vec3<double>> points) {
+    if (points.empty())
+        return 0;
+    Vec3<double> lo = points[0], hi = points[0];
+    for (const auto& p : points) {
+        lo = glm::min(lo, p);
+        hi = glm::max(hi, p);
+    }
+    return glm::length(hi - lo);
+}
+
+Continuity measure_continuity(const Surface& surface, int rate) {
+    const std::vector<Cell> cells = surface.patches().cells();
+    const Jumps jumps = tbb::parallel_deterministic_reduce(
+        tbb::blocked_range<std::size_t>(0, cells.size(), 64), Jumps{},
+        [&](const auto& range, Jumps j) {
+            for (std::size_t i = range.begin(); i < range.end(); ++i)
+                measure_cell(surface, cells[i], rate, j);
+            return j;
+        },
+        [](Jumps a, const Jumps& b) {
+            a.merge(b);
+            return a;
+        });
+
+    const double diagonal =
+        bounding_diagonal(surface.points().first(surface.base().n_vertices()));
+    Continuity c;
+    c.n_samples = jumps.n;
+    c.gap_max = jumps.gap / diagonal;
+    c.normal_jump_deg_max = jumps.angle * 180 / std::numbers::pi;
+    c.curvature_max = jumps.principal * diagonal;
+    c.worst_normal = jumps.at_angle;
+    if (jumps.principal > 0) {
+        const double mean = jumps.mean / jumps.principal,
+                     gauss = jumps.gauss / (jumps.principal * jumps.principal);
+        c.curvature_jump_max = std::max(mean, gauss);
+        c.worst_curvature = mean > gauss ? jumps.at_mean : jumps.at_gauss;
+    }
+    return c;
+}
+
+}  // namespace osdx

@@ -1,0 +1,30 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include "osd_ext/surface.h"
+
+namespace osdx {
+
+/// How well the patches of a surface join: the largest jumps over all patch edges.
+struct Continuity {
+    double gap_max = 0;              ///< of the position, over the bounding-box diagonal
+    double normal_jump_deg_max = 0;  ///< of the normal, in degrees
+    /// Of the curvature: the larger of the jump of the mean curvature over curvature_max and
+    /// of the Gauss curvature over its square.
+    double curvature_jump_max = 0;
+    double curvature_max =
+        0;  ///< largest absolute principal curvature met, times diagonal
+    std::size_t n_samples = 0;
+    QuarterPoint worst_normal, worst_curvature;
+};
+
+/// Evaluates both patches at `rate` + 1 points of every patch edge, corners included.
+/// Threads: goes wide; the result does not depend on their number.
+Continuity measure_continuity(const Surface& surface, int rate = 8);
+
+/// Diagonal of the bounding box of the points.
+double bounding_diagonal(std::span<const Vec3<double>> points);
+
+}  // namespace osdx

@@ -1,0 +1,83 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include "osd_ext/surface.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace osdx {
+
+Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& options) {
+    if (options.degree < kMinDegree || options.degree > kMaxDegree) {
+        return fail(ErrorCode::InvalidOption,
+                    fmt::format("degree {} is not in {}..{}", options.degree, kMinDegree,
+                                kMaxDegree));
+    }
+    const Result<Mesh> mesh = build_mesh(data, {.ignore_tags = options.ignore_tags});
+    if (!mesh)
+        return mesh.error();
+
+    Surface s;
+    s.table_ = std::make_unique<const PatchTable>(
+        build_patch_table(build_topology(*mesh), {.degree = options.degree}));
+    s.evaluator_ = std::make_unique<const Evaluator>(*s.table_);
+    s.points_.resize(s.table_->n_points());
+    std::ranges::copy(data.positions, s.points_.begin());
+    s.table_->refresh_points(std::span(s.points_));
+    for (Index v = 0; v < s.base().n_vertices(); ++v) {
+        if (s.base().vertex_halfedge[v] == kInvalidIndex)
+            s.unused_vertices_.push_back(v);
+    }
+    return s;
+}
+
+Status Surface::set_positions(std::span<const Vec3<double>> positions) {
+    if (positions.size() != base().n_vertices()) {
+        return fail(ErrorCode::SizeMismatch,
+                    fmt::format("{} positions were given for {} vertices",
+                                positions.size(), base().n_vertices()));
+    }
+    for (Index v = 0; v < positions.size(); ++v) {
+        const auto& p = positions[v];
+        if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
+            return fail(
+                ErrorCode::NonFinitePoint,
+                fmt::format("vertex {} has the position ({}, {}, {})", v, p.x, p.y, p.z),
+                v);
+        }
+    }
+    std::ranges::copy(positions, points_.begin());
+    table_->refresh_points(std::span(points_));
+    return ok();
+}
+
+void Surface::add_base_weights(const Address& where, int r, double scale,
+                               std::span<double> weights) const {
+    const PatchPoint point = table_->locate(where);
+    const PatchRef patch = table_->patch(point.patch);
+    const std::size_t n = patch.points.size();
+    std::vector<double> all(n_derivatives(2) * n);
+    evaluator_->weights(point, 2, Chart::BaseUV, all);
+    const StencilTable& rows = table_->refined_points();
+    for (std::size_t i = 0; i < n; ++i) {
+        const double w = scale * all[r * n + i];
+        const Index p = patch.points[i];
+        if (p < weights.size()) {
+            weights[p] += w;
+            continue;
+        }
+        const std::size_t row = p - weights.size();
+        for (std::size_t k = rows.offsets[row]; k < rows.offsets[row + 1]; ++k)
+            weights[rows.indices[k]] += w * rows.weights[k];
+    }
+}
+
+Tessellation Surface::tessellate(int rate) const {
+    return osdx::tessellate(base(), rate, [this](const QuarterPoint& p) {
+        return evaluator_->evaluate<double, 1>(points_, p);
+    });
+}
+
+}  // namespace osdx

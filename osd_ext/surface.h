@@ -1,0 +1,80 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "eval/evaluator.h"
+#include "far/mesh.h"
+#include "far/patch_table.h"
+#include "osd_ext/tessellation.h"
+
+namespace osdx {
+
+struct SurfaceOptions {
+    int degree = 3;            ///< of the B-splines; kMinDegree to kMaxDegree
+    bool ignore_tags = false;  ///< take the mesh as if it had no tags
+};
+
+/// A smooth surface over a closed polygon mesh: regular B-spline patches, and one multisided
+/// patch over each extraordinary region.
+///
+/// Build it once per connectivity; set_positions() moves the same mesh. All of it is linear
+/// in the positions.
+///
+/// Units: those of the mesh. Threads: const members may run at the same time.
+class Surface {
+public:
+    /// \return InvalidOption, or what build_mesh returns.
+    static Result<Surface> build(const MeshData& mesh,
+                                 const SurfaceOptions& options = {});
+
+    /// The same for any OpenMesh polygon mesh without deleted elements.
+    template <class Traits>
+    static Result<Surface> build(const OpenMesh::PolyMesh_ArrayKernelT<Traits>& mesh,
+                                 const SurfaceOptions& options = {}) {
+        return build(to_mesh_data(mesh), options);
+    }
+
+    const Topology& base() const noexcept { return table_->base(); }
+    const PatchTable& patches() const noexcept { return *table_; }
+    const Evaluator& evaluator() const noexcept { return *evaluator_; }
+    /// Control points of all patches; the base vertices come first.
+    std::span<const Vec3<double>> points() const noexcept { return points_; }
+    /// Vertices that no face uses, in ascending order: kept, without influence.
+    std::span<const Index> unused_vertices() const noexcept { return unused_vertices_; }
+
+    /// New positions for the same mesh.
+    /// \return SizeMismatch or NonFinitePoint; then nothing has changed.
+    Status set_positions(std::span<const Vec3<double>> positions);
+
+    /// Position and derivatives at a point of a base face.
+    /// \pre where.face < base().n_faces()
+    SurfaceJet<double> evaluate(const Address& where,
+                                Chart chart = Chart::BaseUV) const noexcept {
+        return evaluator_->evaluate<double>(points_, where, chart);
+    }
+
+    /// Adds `scale` times the weights of the base vertices for derivative r of the surface
+    /// (0: position, then du, dv, duu, duv, dvv) to `weights`: what the surface at this
+    /// point does when a vertex moves. Allocates.
+    /// \pre weights.size() == base().n_vertices()
+    void add_base_weights(const Address& where, int r, double scale,
+                          std::span<double> weights) const;
+
+    /// \pre rate >= 1
+    Tessellation tessellate(int rate) const;
+
+private:
+    Surface() = default;
+
+    std::unique_ptr<const PatchTable> table_;  // stays put: the evaluator refers to it
+    std::unique_ptr<const Evaluator> evaluator_;
+    std::vector<Vec3<double>> points_;
+    std::vector<Index> unused_vertices_;
+};
+
+}  // namespace osdx

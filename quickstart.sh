@@ -1,0 +1,26 @@
+#!/usr/bin/env bash
+# Copyright 2026 The osdx authors.
+# SPDX-License-Identifier: Apache-2.0
+#
+# From a fresh clone to pictures: installs what is missing, builds, and runs the demo.
+# Arguments go to `osdx demo`.
+
+set -euo pipefail
+
+root=$(cd "$(dirname "$0")" && pwd)
+
+echo "1/3 Packages: installing those that are missing"
+"$root/scripts/install_packages.sh" build
+
+echo "2/3 Build: the program osdx in build/release"
+(
+    cd "$root"
+    # As in test.sh, so that each finds what the other built.
+    case $("${CXX:-c++}" -dumpversion) in 12 | 14.0.*) strict=ON ;; *) strict=OFF ;; esac
+    cmake --preset release -DOSDX_WARNINGS_AS_ERRORS="$strict"
+    cmake --build --preset release --target osdx
+)
+
+echo "3/3 Demo"
+"$root/build/release/viewer/osdx" demo --out "$root/demo" "$@"
+echo "The pictures are in $root/demo"
