@@ -74,6 +74,12 @@ void Surface::add_base_weights(const Address& where, int r, double scale,
     }
 }
 
+SurfaceFunction Surface::function() const {
+    return [this](const QuarterPoint& p) {
+        return evaluator_->evaluate<double>(points_, p);
+    };
+}
+
 Tessellation Surface::tessellate(int rate) const {
     return osdx::tessellate(base(), rate, [this](const QuarterPoint& p) {
         return evaluator_->evaluate<double, 1>(points_, p);

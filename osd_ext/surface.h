@@ -65,6 +65,9 @@ public:
     void add_base_weights(const Address& where, int r, double scale,
                           std::span<double> weights) const;
 
+    /// The surface as a function, with all derivatives. \pre the surface outlives it, unmoved
+    SurfaceFunction function() const;
+
     /// \pre rate >= 1
     Tessellation tessellate(int rate) const;
 

@@ -1,0 +1,228 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include "osd_ext/comparison.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "osd_ext/ray_scene.h"
+
+namespace osdx {
+namespace {
+
+/// Derivatives in the (x, y) of a quarter from those in the (u, v) of its face.
+SurfaceJet<double> to_quarter_chart(const SurfaceJet<double>& s, int turns) {
+    // (u, v) turned by `turns` and doubled is (x, y): du/dx = .5 cos, dv/dx = -.5 sin ...
+    const double c = turns % 2 == 0 ? 0.5 - turns * 0.5 : 0.0;
+    const double n = turns % 2 == 1 ? 1.0 - turns * 0.5 : 0.0;
+    SurfaceJet<double> r;
+    r.p = s.p;
+    r.du = c * s.du - n * s.dv;
+    r.dv = n * s.du + c * s.dv;
+    r.duu = c * c * s.duu - 2 * c * n * s.duv + n * n * s.dvv;
+    r.duv = c * n * s.duu + (c * c - n * n) * s.duv - c * n * s.dvv;
+    r.dvv = n * n * s.duu + 2 * c * n * s.duv + c * c * s.dvv;
+    return r;
+}
+
+/// Newton's step for the squared distance; Gauss-Newton's where the first has no minimum.
+Vec2<double> distance_step(const SurfaceJet<double>& s, const Vec3<double>& r) {
+    const double gx = glm::dot(s.du, r), gy = glm::dot(s.dv, r);
+    for (const double second : {1.0, 0.0}) {
+        const double a = glm::dot(s.du, s.du) + second * glm::dot(s.duu, r);
+        const double b = glm::dot(s.du, s.dv) + second * glm::dot(s.duv, r);
+        const double c = glm::dot(s.dv, s.dv) + second * glm::dot(s.dvv, r);
+        const double det = a * c - b * b;
+        if (a > 0 && det > 1e-12 * a * c)
+            return {-(c * gx - b * gy) / det, -(a * gy - b * gx) / det};
+    }
+    return {0, 0};
+}
+
+/// One step inside the closed unit square. \return the side that it would leave by, or -1.
+int advance(QuarterPoint& q, const Vec2<double>& step) {
+    double t = 1;
+    int side = -1;
+    const auto clip = [&](double room, double speed, int s) {
+        if (speed > 0 && room < t * speed) {
+            t = std::max(0.0, room) / speed;
+            side = s;
+        }
+    };
+    clip(q.y, -step.y, 0);
+    clip(1 - q.x, step.x, 1);
+    clip(1 - q.y, step.y, 2);
+    clip(q.x, -step.x, 3);
+    q.x = side == 1 ? 1 : side == 3 ? 0 : std::clamp(q.x + t * step.x, 0.0, 1.0);
+    q.y = side == 2 ? 1 : side == 0 ? 0 : std::clamp(q.y + t * step.y, 0.0, 1.0);
+    return side;
+}
+
+struct Sums {
+    double max = 0, normal_max = 0;
+    double area = 0, squares = 0, normal_squares = 0;
+    std::size_t n = 0;
+
+    void merge(const Sums& o) {
+        max = std::max(max, o.max);
+        normal_max = std::max(normal_max, o.normal_max);
+        area += o.area;
+        squares += o.squares;
+        normal_squares += o.normal_squares;
+        n += o.n;
+    }
+};
+
+double angle(const Vec3<double>& a, const Vec3<double>& b) {
+    return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
+}
+
+/// Samples (m + 1)^2 points of each quarter, with the weights of the trapezoidal rule.
+Result<Sums> measure_one_way(const Topology& base, const SurfaceFunction& from,
+                             const SurfaceFunction& to, int rate, double unit) {
+    std::optional<TessellatedScene> scene;
+    Result<TessellatedScene> built = TessellatedScene::build(tessellate(base, rate, to));
+    if (built)
+        scene.emplace(std::move(*built));
+    else if (built.error().code != ErrorCode::NotBuilt)
+        return built.error();
+
+    const int m = rate / 2;
+    const double tolerance = 1e-12 * unit;
+    const auto measure_quarter = [&](Index quarter, Sums& sums) {
+        for (int j = 0; j <= m; ++j) {
+            for (int i = 0; i <= m; ++i) {
+                const QuarterPoint q{quarter, double(i) / m, double(j) / m};
+                const SurfaceJet<double> s = from(q);
+                ClosestPoint best = closest_point(base, to, s.p, q, tolerance);
+                if (scene) {
+                    const auto hit = scene->rays().nearest(Vec3<float>(s.p));
+                    const ClosestPoint other = closest_point(
+                        base, to, s.p, to_quarter(base, scene->address(*hit)), tolerance);
+                    if (other.distance < best.distance)
+                        best = other;
+                }
+                const double phi = angle(normal(s), normal(best.jet));
+                const double weight = (i % m == 0 ? 0.5 : 1.0) *
+                                      (j % m == 0 ? 0.5 : 1.0) *
+                                      glm::length(glm::cross(s.du, s.dv));
+                sums.max = std::max(sums.max, best.distance);
+                sums.normal_max = std::max(sums.normal_max, phi);
+                sums.area += weight;
+                sums.squares += weight * best.distance * best.distance;
+                sums.normal_squares += weight * phi * phi;
+                ++sums.n;
+            }
+        }
+    };
+    return tbb::parallel_deterministic_reduce(
+        tbb::blocked_range<Index>(0, base.n_halfedges(), 16), Sums{},
+        [&](const auto& range, Sums sums) {
+            for (Index q = range.begin(); q < range.end(); ++q)
+                measure_quarter(q, sums);
+            return sums;
+        },
+        [](Sums a, const Sums& b) {
+            a.merge(b);
+            return a;
+        });
+}
+
+}  // namespace
+
+ClosestPoint closest_point(const Topology& base, const SurfaceFunction& surface,
+                           const Vec3<double>& target, const QuarterPoint& start,
+                           double tolerance) {
+    constexpr int kMaxSteps = 40;  // a few Newton steps and as many crossings
+    ClosestPoint best;
+    best.distance = INFINITY;
+    QuarterPoint q = start;
+    Index came_from = kInvalidIndex;
+    for (int n = 0; n < kMaxSteps; ++n) {
+        const SurfaceJet<double> jet = surface(q);
+        const Vec3<double> r = jet.p - target;
+        const double distance = glm::length(r);
+        if (distance < best.distance)
+            best = {q, jet, distance};
+        const SurfaceJet<double> local =
+            to_quarter_chart(jet, quarter_turns(base, q.quarter));
+        Vec2<double> step = distance_step(local, r);
+        if (glm::length(step.x * local.du + step.y * local.dv) <= tolerance)
+            break;
+        const double length = glm::length(step);
+        if (length > 1)
+            step /= length;
+        const int side = advance(q, step);
+        if (side < 0)
+            continue;
+        const QuarterPoint there = cross_side(base, q, side);
+        if (there.quarter == came_from) {
+            // Back and forth: the minimum is on this side; go along it.
+            (side % 2 == 0 ? step.y : step.x) = 0;
+            advance(q, step);
+            came_from = kInvalidIndex;
+            continue;
+        }
+        came_from = q.quarter;
+        q = there;
+    }
+    return best;
+}
+
+Result<SurfaceDistance> measure_distance(const Topology& base,
+                                         const SurfaceFunction& from,
+                                         const SurfaceFunction& to, int rate,
+                                         double unit) {
+    const Result<Sums> there = measure_one_way(base, from, to, rate, unit);
+    if (!there)
+        return there.error();
+    const Result<Sums> back = measure_one_way(base, to, from, rate, unit);
+    if (!back)
+        return back.error();
+    constexpr double kDegrees = 180 / std::numbers::pi;
+    SurfaceDistance d;
+    d.distance_max = std::max(there->max, back->max) / unit;
+    d.distance_rms = std::sqrt(there->squares / there->area) / unit;
+    d.normal_deg_max = std::max(there->normal_max, back->normal_max) * kDegrees;
+    d.normal_deg_rms = std::sqrt(there->normal_squares / there->area) * kDegrees;
+    d.n_samples = there->n + back->n;
+    return d;
+}
+
+Result<double> isolation_error(const Topology& base,
+                               std::span<const Vec3<double>> positions, int isolation,
+                               int rate, double unit) {
+    const Result<LimitSurface> a = LimitSurface::build(base, positions, isolation);
+    if (!a)
+        return a.error();
+    const Result<LimitSurface> b =
+        LimitSurface::build(base, positions, std::min(isolation + 2, 15));
+    if (!b)
+        return b.error();
+    const int m = std::max(1, rate / 2);
+    double worst = 0;
+    for (Index quarter = 0; quarter < base.n_halfedges(); ++quarter) {
+        for (int j = 0; j <= m; ++j) {
+            for (int i = 0; i <= m; ++i) {
+                const Address at =
+                    to_address(base, {quarter, double(i) / m, double(j) / m});
+                worst =
+                    std::max(worst, glm::length(a->evaluate(at).p - b->evaluate(at).p));
+            }
+        }
+    }
+    return worst / unit;
+}
+
+SurfaceFunction surface_function(const Topology& base, const LimitSurface& limit) {
+    return [&base, &limit](const QuarterPoint& q) {
+        return limit.evaluate(to_address(base, q));
+    };
+}
+
+}  // namespace osdx
