@@ -123,7 +123,7 @@ Result<std::vector<Index>> match_edges(const MeshData& data,
                 ErrorCode::NonManifoldEdge,
                 fmt::format("face {} is number 3 of {} at the edge of vertices {} "
                             "and {}",
-                            f, n, a.from, a.to),
+                            f, n, first[0], first[1]),
                 f, line_of(data.face_lines, f));
         }
         if (a.from == b.from) {

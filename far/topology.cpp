@@ -30,6 +30,15 @@ Topology build_topology(const Mesh& mesh) {
     return t;
 }
 
+MeshData to_mesh_data(const Topology& topology, std::vector<Vec3<double>> positions) {
+    MeshData data;
+    data.positions = std::move(positions);
+    data.face_vertices = topology.vertex;
+    for (Index f = 0; f < topology.n_faces(); ++f)
+        data.face_sizes.push_back(topology.face_size(f));
+    return data;
+}
+
 Topology split(const Topology& t) {
     const Index n = t.n_halfedges();
     const Index first_edge = t.n_vertices();

@@ -72,6 +72,11 @@ struct Topology {
 /// Flattens a mesh that build_mesh made, with its numbering of vertices and faces.
 Topology build_topology(const Mesh& mesh);
 
+/// The faces of a topology with given positions, as arrays. A face's first vertex is that of
+/// its first halfedge.
+/// \pre positions.size() == topology.n_vertices()
+MeshData to_mesh_data(const Topology& topology, std::vector<Vec3<double>> positions);
+
 /// Linear subdivision: every face becomes one quad per corner.
 ///
 /// Vertices: those of the mesh, then one per edge, then one per face. Face h of the result

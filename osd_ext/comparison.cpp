@@ -196,23 +196,29 @@ Result<SurfaceDistance> measure_distance(const Topology& base,
 
 Result<double> isolation_error(const Topology& base,
                                std::span<const Vec3<double>> positions, int isolation,
-                               int rate, double unit) {
+                               double unit) {
     const Result<LimitSurface> a = LimitSurface::build(base, positions, isolation);
     if (!a)
         return a.error();
-    const Result<LimitSurface> b =
-        LimitSurface::build(base, positions, std::min(isolation + 2, 15));
+    const Result<LimitSurface> b = LimitSurface::build(base, positions, isolation + 2);
     if (!b)
         return b.error();
-    const int m = std::max(1, rate / 2);
+    // Towards the corner and towards the face centre, past the isolation: elsewhere, and on
+    // the points themselves, both are exact.
     double worst = 0;
+    const SurfaceFunction coarse = surface_function(base, *a),
+                          fine = surface_function(base, *b);
+    const auto sample = [&](const QuarterPoint& q) {
+        worst = std::max(
+            worst, closest_point(base, fine, coarse(q).p, q, 1e-12 * unit).distance);
+    };
     for (Index quarter = 0; quarter < base.n_halfedges(); ++quarter) {
-        for (int j = 0; j <= m; ++j) {
-            for (int i = 0; i <= m; ++i) {
-                const Address at =
-                    to_address(base, {quarter, double(i) / m, double(j) / m});
-                worst =
-                    std::max(worst, glm::length(a->evaluate(at).p - b->evaluate(at).p));
+        double r = 1;
+        for (int k = 0; k < isolation + 4; ++k, r /= 2) {
+            for (const Vec2<double>& d : {Vec2<double>(r, r), Vec2<double>(r, 0.4 * r),
+                                          Vec2<double>(0.4 * r, r)}) {
+                sample({quarter, d.x, d.y});
+                sample({quarter, 1 - d.x, 1 - d.y});
             }
         }
     }

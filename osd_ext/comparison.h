@@ -44,11 +44,13 @@ Result<SurfaceDistance> measure_distance(const Topology& base,
                                          const SurfaceFunction& to, int rate,
                                          double unit);
 
-/// The error of a limit surface by its isolation: largest distance at equal addresses to
-/// the limit surface that is isolated two levels deeper (at most 15), over `unit`.
+/// The error of a limit surface by its isolation: the largest distance to the limit surface
+/// that is isolated two levels deeper, over `unit`, sampled where the two differ, close to
+/// vertices and face centres.
+/// \pre 1 <= isolation <= LimitSurface::kMaxIsolation - 2
 Result<double> isolation_error(const Topology& base,
                                std::span<const Vec3<double>> positions, int isolation,
-                               int rate, double unit);
+                               double unit);
 
 /// The limit surface as a SurfaceFunction.
 /// \pre both outlive it

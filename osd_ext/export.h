@@ -13,20 +13,33 @@
 
 namespace osdx {
 
-/// Writes a tessellation by the extension of `path`: OBJ (vn, vt of each corner, 17 digits),
-/// PLY (binary little endian, double positions, float normals, base face and u, v of each
-/// facet corner's point), STL (binary, quads cut into triangles) or GLB (triangles, float
-/// positions and normals, one mesh).
-/// \return InvalidOption for another extension, WriteFailed; nothing half-written is left.
+/// Writes a tessellation by the extension of `path`:
+///
+/// OBJ   points as v and vn, a vt for each facet corner, facets as f v/vt/vn; the shortest
+///       digits that read back exactly.
+/// PLY   binary, little endian: vertices with double x y z and float nx ny nz; faces with
+///       uchar/uint list vertex_indices, uint base_face, uchar/float list texcoord (u0 v0 u1
+///       v1 ..., of the corners in base_face).
+/// STL   binary: float positions, facets cut into triangles with their own normals.
+/// GLB   glTF 2.0: one mesh of triangles, float positions and normals, a double sided
+///       material. Coordinates are not turned, though glTF takes y for up. Where the surface
+///       has no normal, that of the triangles around the point stands in.
+/// \return InvalidOption for another extension; EmptyMesh, SizeMismatch or IndexOutOfRange
+///         for a tessellation against its shapes; WriteFailed, also where the format has
+///         too few bits (STL, GLB). Nothing half-written is left.
 Status write_tessellation(const std::filesystem::path& path,
                           const Tessellation& tessellation);
 
-/// Writes a polygon mesh as OBJ, OFF or PLY (text; 17 digits, exact on reading back).
-/// \return InvalidOption for another extension, WriteFailed; nothing half-written is left.
+/// Writes a polygon mesh as OBJ, OFF or PLY, all in text, with the shortest digits that read
+/// back exactly. Tags go into OBJ only. Indices are not checked.
+/// \return InvalidOption for another extension, SizeMismatch if face_sizes and face_vertices
+///         disagree, WriteFailed. Nothing half-written is left.
 Status write_mesh(const std::filesystem::path& path, const MeshData& mesh);
 
 /// Lets `write` fill a stream, and gives the file its name only when that succeeded: a
-/// temporary file beside `path` is renamed, or removed.
+/// temporary file beside `path` is renamed, or removed; what `write` throws passes through.
+/// \return WriteFailed, also if `write` leaves the stream in a failed state or if `path`
+///         names a folder or a device.
 Status write_file(const std::filesystem::path& path,
                   const std::function<void(std::ostream&)>& write);
 

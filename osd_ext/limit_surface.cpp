@@ -6,8 +6,12 @@
 #include <vector>
 
 #ifdef OSDX_HAS_OPENSUBDIV
-#include <opensubdiv/bfr/refinerSurfaceFactory.h>
-#include <opensubdiv/bfr/surface.h>
+#include <opensubdiv/far/patchMap.h>
+#include <opensubdiv/far/patchTable.h>
+#include <opensubdiv/far/patchTableFactory.h>
+#include <opensubdiv/far/primvarRefiner.h>
+#include <opensubdiv/far/ptexIndices.h>
+#include <opensubdiv/far/stencilTable.h>
 #include <opensubdiv/far/topologyDescriptor.h>
 #include <opensubdiv/far/topologyRefinerFactory.h>
 #endif
@@ -16,20 +20,19 @@ namespace osdx {
 
 #ifdef OSDX_HAS_OPENSUBDIV
 
+namespace {
+
 namespace Osd = OpenSubdiv::OPENSUBDIV_VERSION;
 
-struct LimitSurface::Impl {
-    const Topology* base = nullptr;
-    std::unique_ptr<Osd::Far::TopologyRefiner> refiner;
-    std::unique_ptr<Osd::Bfr::RefinerSurfaceFactory<>> factory;
-    std::vector<Osd::Bfr::Surface<double>> surfaces;  // per face
-    std::vector<std::size_t> offsets;                 // of each face's patch points
-    std::vector<double> patch_points;
+/// A point in the form that OpenSubdiv interpolates.
+struct Point {
+    Vec3<double> p{0};
+
+    void Clear(void* = nullptr) { p = Vec3<double>(0); }
+    void AddWithWeight(const Point& other, double weight) { p += weight * other.p; }
 };
 
-Result<LimitSurface> LimitSurface::build(const Topology& base,
-                                         std::span<const Vec3<double>> positions,
-                                         int isolation) {
+std::unique_ptr<Osd::Far::TopologyRefiner> make_refiner(const Topology& base) {
     std::vector<int> sizes(base.n_faces());
     for (Index f = 0; f < base.n_faces(); ++f)
         sizes[f] = static_cast<int>(base.face_size(f));
@@ -43,39 +46,89 @@ Result<LimitSurface> LimitSurface::build(const Topology& base,
     Osd::Sdc::Options options;
     options.SetVtxBoundaryInterpolation(Osd::Sdc::Options::VTX_BOUNDARY_EDGE_ONLY);
     using Factory = Osd::Far::TopologyRefinerFactory<Osd::Far::TopologyDescriptor>;
+    return std::unique_ptr<Osd::Far::TopologyRefiner>(
+        Factory::Create(descriptor, Factory::Options(Osd::Sdc::SCHEME_CATMARK, options)));
+}
+
+}  // namespace
+
+struct LimitSurface::Impl {
+    const Topology* base = nullptr;
+    std::unique_ptr<Osd::Far::PatchTable> table;
+    std::unique_ptr<Osd::Far::PatchMap> map;
+    std::vector<int> ptex_faces;  // per base face: the first
+    std::vector<Point> points;    // of all levels, then those of the end caps
+};
+
+Result<LimitSurface> LimitSurface::build(const Topology& base,
+                                         std::span<const Vec3<double>> positions,
+                                         int isolation) {
+    const auto refiner = make_refiner(base);
+    if (!refiner)
+        return fail(ErrorCode::DeviceFailure, "OpenSubdiv refuses the mesh");
+    Osd::Far::PatchTableFactory::Options options(static_cast<unsigned>(isolation));
+    options.SetPatchPrecision<double>();
+    options.SetEndCapType(Osd::Far::PatchTableFactory::Options::ENDCAP_GREGORY_BASIS);
+    refiner->RefineAdaptive(options.GetRefineAdaptiveOptions());
 
     auto impl = std::make_unique<Impl>();
     impl->base = &base;
-    impl->refiner.reset(
-        Factory::Create(descriptor, Factory::Options(Osd::Sdc::SCHEME_CATMARK, options)));
-    if (!impl->refiner)
-        return fail(ErrorCode::DeviceFailure, "OpenSubdiv refuses the mesh");
-    impl->factory = std::make_unique<Osd::Bfr::RefinerSurfaceFactory<>>(
-        *impl->refiner,
-        Osd::Bfr::SurfaceFactory::Options().SetApproxLevelSmooth(isolation));
+    impl->table.reset(Osd::Far::PatchTableFactory::Create(*refiner, options));
+    if (!impl->table)
+        return fail(ErrorCode::DeviceFailure, "OpenSubdiv makes no patches of the mesh");
+    impl->map = std::make_unique<Osd::Far::PatchMap>(*impl->table);
 
-    const double* points = &positions[0].x;
-    impl->surfaces.resize(base.n_faces());
-    for (Index f = 0; f < base.n_faces(); ++f) {
-        auto& surface = impl->surfaces[f];
-        if (!impl->factory->InitVertexSurface(static_cast<int>(f), &surface)) {
-            return fail(ErrorCode::DeviceFailure,
-                        "OpenSubdiv has no limit surface for a face", f);
-        }
-        const std::size_t first = impl->patch_points.size();
-        impl->offsets.push_back(first);
-        impl->patch_points.resize(first + 3 * surface.GetNumPatchPoints());
-        surface.PreparePatchPoints(points, 3, impl->patch_points.data() + first, 3);
+    const int n_refined = refiner->GetNumVerticesTotal();
+    impl->points.resize(n_refined + impl->table->GetNumLocalPoints());
+    for (std::size_t v = 0; v < positions.size(); ++v)
+        impl->points[v].p = positions[v];
+    const Osd::Far::PrimvarRefinerReal<double> primvar(*refiner);
+    Point* source = impl->points.data();
+    for (int level = 1; level <= refiner->GetMaxLevel(); ++level) {
+        Point* target = source + refiner->GetLevel(level - 1).GetNumVertices();
+        primvar.Interpolate(level, source, target);
+        source = target;
     }
+    if (const auto* local = impl->table->GetLocalPointStencilTable<double>())
+        local->UpdateValues(impl->points.data(), impl->points.data() + n_refined);
+
+    const Osd::Far::PtexIndices ptex(*refiner);
+    for (Index f = 0; f < base.n_faces(); ++f)
+        impl->ptex_faces.push_back(ptex.GetFaceId(static_cast<int>(f)));
     return LimitSurface(std::move(impl));
 }
 
 SurfaceJet<double> LimitSurface::evaluate(const Address& where) const noexcept {
-    const double uv[2] = {where.u, where.v};
+    // A quad is one Ptex face; another polygon has one per corner, which is our quarter,
+    // twice as wide in its coordinates as in (u, v).
+    int ptex = impl_->ptex_faces[where.face];
+    double u = where.u, v = where.v, scale = 1;
+    if (impl_->base->face_size(where.face) != 4) {
+        const QuarterPoint q = to_quarter(*impl_->base, where);
+        ptex += static_cast<int>(q.quarter - impl_->base->face_offsets[where.face]);
+        u = q.x;
+        v = q.y;
+        scale = 2;
+    }
+    const auto* handle = impl_->map->FindPatch(ptex, u, v);
+    double w[6][20];
+    impl_->table->EvaluateBasis(*handle, u, v, w[0], w[1], w[2], w[3], w[4], w[5]);
+    const auto indices = impl_->table->GetPatchVertices(*handle);
     SurfaceJet<double> s;
-    impl_->surfaces[where.face].Evaluate(
-        uv, impl_->patch_points.data() + impl_->offsets[where.face], 3, &s.p.x, &s.du.x,
-        &s.dv.x, &s.duu.x, &s.duv.x, &s.dvv.x);
+    for (int i = 0; i < indices.size(); ++i) {
+        const Vec3<double>& p = impl_->points[indices[i]].p;
+        s.p += w[0][i] * p;
+        s.du += w[1][i] * p;
+        s.dv += w[2][i] * p;
+        s.duu += w[3][i] * p;
+        s.duv += w[4][i] * p;
+        s.dvv += w[5][i] * p;
+    }
+    s.du *= scale;
+    s.dv *= scale;
+    s.duu *= scale * scale;
+    s.duv *= scale * scale;
+    s.dvv *= scale * scale;
     return s;
 }
 

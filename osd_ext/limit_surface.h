@@ -12,20 +12,25 @@
 
 namespace osdx {
 
-/// The Catmull-Clark limit surface of a mesh as OpenSubdiv's Bfr evaluates it, at the same
-/// addresses as Surface.
+/// The Catmull-Clark limit surface of a mesh as OpenSubdiv evaluates it, at the same addresses
+/// as Surface.
 ///
-/// Around an extraordinary vertex Bfr is exact down to the isolation level and approximates
-/// what is inside with one patch; isolation_error() in osd_ext/comparison.h measures that.
+/// Far's patches, not Bfr's surfaces: Bfr 3.5 stops refining at a level of its own, whatever
+/// is asked for. Around an extraordinary vertex the patches are exact down to the isolation
+/// level; what is inside is one Gregory patch, whose error isolation_error() of
+/// osd_ext/comparison.h measures.
 /// Threads: const members may run at the same time.
 class LimitSurface {
 public:
-    /// \param isolation  level to which irregular regions are refined, 1 to 15
+    /// The deepest level that OpenSubdiv takes.
+    static constexpr int kMaxIsolation = 10;
+
+    /// \param isolation  level to which irregular regions are refined, 1 to kMaxIsolation
     /// \pre base outlives the surface; positions.size() == base.n_vertices()
     /// \return NotBuilt without OpenSubdiv, or DeviceFailure where it refuses the mesh
     static Result<LimitSurface> build(const Topology& base,
                                       std::span<const Vec3<double>> positions,
-                                      int isolation = 10);
+                                      int isolation = 8);
 
     LimitSurface(LimitSurface&&) noexcept;
     LimitSurface& operator=(LimitSurface&&) noexcept;

@@ -1,0 +1,542 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include "osd_ext/export.h"
+
+#include <fmt/format.h>
+#include <tiny_gltf.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <glm/geometric.hpp>
+#include <iterator>
+#include <limits>
+#include <span>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+namespace osdx {
+namespace {
+
+using Triangles = std::vector<std::array<Index, 3>>;
+
+constexpr std::uint64_t kMax32 = std::numeric_limits<std::uint32_t>::max();
+
+/// Appends a number to `bytes`, lowest byte first whatever the machine.
+template <class Bytes, class T>
+void append_bytes(Bytes& bytes, T value) {
+    auto raw = std::bit_cast<std::array<unsigned char, sizeof(T)>>(value);
+    if constexpr (std::endian::native == std::endian::big)
+        std::ranges::reverse(raw);
+    for (const unsigned char byte : raw)
+        bytes.push_back(static_cast<typename Bytes::value_type>(byte));
+}
+
+/// Gathers output, so that the stream gets large blocks.
+class Output {
+public:
+    explicit Output(std::ostream& stream) : stream_(stream) {}
+    Output(const Output&) = delete;
+    Output& operator=(const Output&) = delete;
+    ~Output() { flush(); }
+
+    template <class... Args>
+    void text(fmt::format_string<Args...> format, Args&&... args) {
+        fmt::format_to(std::back_inserter(buffer_), format, std::forward<Args>(args)...);
+        flush_if_full();
+    }
+
+    template <class T>
+    void bytes(T value) {
+        append_bytes(buffer_, value);
+        flush_if_full();
+    }
+    void bytes(const Vec3<float>& v) {
+        for (int i = 0; i < 3; ++i)
+            bytes(v[i]);
+    }
+
+private:
+    void flush_if_full() {
+        constexpr std::size_t kBlock = 1 << 16;  // far above the cost of a call
+        if (buffer_.size() >= kBlock)
+            flush();
+    }
+    void flush() {
+        stream_.write(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
+        buffer_.clear();
+    }
+
+    std::ostream& stream_;
+    std::string buffer_;
+};
+
+// ---- Checks ----
+
+std::uint64_t sum(std::span<const Index> sizes) {
+    std::uint64_t n = 0;
+    for (const Index size : sizes)
+        n += size;
+    return n;
+}
+
+Status check_shapes(const Tessellation& t) {
+    if (t.facet_sizes.empty())
+        return fail(ErrorCode::EmptyMesh, "the tessellation has no facets");
+    for (Index i = 0; i < t.facet_sizes.size(); ++i) {
+        if (t.facet_sizes[i] != 3 && t.facet_sizes[i] != 4) {
+            return fail(ErrorCode::SizeMismatch,
+                        fmt::format("facet {} has {} corners instead of 3 or 4", i,
+                                    t.facet_sizes[i]),
+                        i);
+        }
+    }
+    if (t.normals.size() != t.positions.size() ||
+        t.facet_faces.size() != t.facet_sizes.size() ||
+        t.facet_points.size() != sum(t.facet_sizes) ||
+        t.facet_uvs.size() != t.facet_points.size()) {
+        return fail(ErrorCode::SizeMismatch,
+                    "the arrays of the tessellation do not match in length");
+    }
+    const auto worst = std::ranges::max_element(t.facet_points);
+    if (*worst >= t.positions.size()) {
+        return fail(ErrorCode::IndexOutOfRange,
+                    fmt::format("a facet names point {}, but there are {}", *worst,
+                                t.positions.size()));
+    }
+    return ok();
+}
+
+/// Whether the positions fit into floats; not if one is nan or infinite.
+Status check_floats(const Tessellation& t) {
+    constexpr double kMax = std::numeric_limits<float>::max();
+    for (Index i = 0; i < t.positions.size(); ++i) {
+        const Vec3<double>& p = t.positions[i];
+        for (int k = 0; k < 3; ++k) {
+            if (!(std::abs(p[k]) <= kMax)) {
+                return fail(ErrorCode::WriteFailed,
+                            fmt::format("point {} is beyond the floats of the format", i),
+                            i);
+            }
+        }
+    }
+    return ok();
+}
+
+std::uint64_t n_triangles(const Tessellation& t) {
+    return t.facet_points.size() - 2 * std::uint64_t{t.facet_sizes.size()};
+}
+
+Status check_stl(const Tessellation& t) {
+    if (Status status = check_shapes(t); !status)
+        return status;
+    if (n_triangles(t) > kMax32) {
+        return fail(ErrorCode::WriteFailed,
+                    fmt::format("{} triangles are too many for STL", n_triangles(t)));
+    }
+    return check_floats(t);
+}
+
+Status check_glb(const Tessellation& t) {
+    if (Status status = check_shapes(t); !status)
+        return status;
+    // The lengths in the file are 32 bits wide. The headers take about 1 kB.
+    constexpr std::uint64_t kMax = kMax32 - 4096;
+    const std::uint64_t n_bytes =
+        24 * std::uint64_t{t.positions.size()} + 12 * n_triangles(t);
+    if (n_bytes > kMax) {
+        return fail(ErrorCode::WriteFailed,
+                    fmt::format("{} bytes of data are too many for GLB", n_bytes));
+    }
+    return check_floats(t);
+}
+
+Status check_shapes(const MeshData& mesh) {
+    const std::uint64_t n = sum(mesh.face_sizes);
+    if (n != mesh.face_vertices.size()) {
+        return fail(
+            ErrorCode::SizeMismatch,
+            fmt::format("the face sizes add up to {}, but there are {} face vertices", n,
+                        mesh.face_vertices.size()));
+    }
+    return ok();
+}
+
+/// Whether the reader of OBJ takes `text` as one word.
+bool is_word(std::string_view text) {
+    return !text.empty() && text.front() != '#' && text.back() != '\\' &&
+           std::ranges::none_of(text, [](unsigned char c) { return std::isspace(c); });
+}
+
+Status check_obj(const MeshData& mesh) {
+    if (Status status = check_shapes(mesh); !status)
+        return status;
+    for (const Tag& tag : mesh.tags) {
+        if (!is_word(tag.name) || !std::ranges::all_of(tag.text, is_word)) {
+            return fail(
+                ErrorCode::WriteFailed,
+                fmt::format("tag '{}' has a text that is not one word", tag.name));
+        }
+    }
+    return ok();
+}
+
+// ---- Tessellations ----
+
+/// Calls f(facet, first corner, end of corners).
+template <class F>
+void for_each_facet(const Tessellation& t, F&& f) {
+    std::size_t first = 0;
+    for (Index i = 0; i < t.facet_sizes.size(); ++i) {
+        const std::size_t end = first + t.facet_sizes[i];
+        f(i, first, end);
+        first = end;
+    }
+}
+
+void write_obj(std::ostream& stream, const Tessellation& t) {
+    Output out(stream);
+    for (const Vec3<double>& p : t.positions)
+        out.text("v {} {} {}\n", p.x, p.y, p.z);
+    for (const Vec3<double>& n : t.normals)
+        out.text("vn {} {} {}\n", n.x, n.y, n.z);
+    for (const Vec2<double>& uv : t.facet_uvs)
+        out.text("vt {} {}\n", uv.x, uv.y);
+    for_each_facet(t, [&](Index, std::size_t first, std::size_t end) {
+        out.text("f");
+        for (std::size_t c = first; c < end; ++c) {
+            const std::uint64_t p = std::uint64_t{t.facet_points[c]} + 1;
+            out.text(" {}/{}/{}", p, c + 1, p);
+        }
+        out.text("\n");
+    });
+}
+
+void write_ply(std::ostream& stream, const Tessellation& t) {
+    Output out(stream);
+    out.text(
+        "ply\n"
+        "format binary_little_endian 1.0\n"
+        "comment texcoord: u v of each corner in the face base_face of the base mesh\n"
+        "element vertex {}\n"
+        "property double x\nproperty double y\nproperty double z\n"
+        "property float nx\nproperty float ny\nproperty float nz\n"
+        "element face {}\n"
+        "property list uchar uint vertex_indices\n"
+        "property uint base_face\n"
+        "property list uchar float texcoord\n"
+        "end_header\n",
+        t.positions.size(), t.facet_sizes.size());
+    for (std::size_t i = 0; i < t.positions.size(); ++i) {
+        for (int k = 0; k < 3; ++k)
+            out.bytes(t.positions[i][k]);
+        out.bytes(Vec3<float>(t.normals[i]));
+    }
+    for_each_facet(t, [&](Index i, std::size_t first, std::size_t end) {
+        const std::size_t n = end - first;
+        out.bytes(static_cast<std::uint8_t>(n));
+        for (std::size_t c = first; c < end; ++c)
+            out.bytes(t.facet_points[c]);
+        out.bytes(t.facet_faces[i]);
+        out.bytes(static_cast<std::uint8_t>(2 * n));
+        for (std::size_t c = first; c < end; ++c) {
+            out.bytes(static_cast<float>(t.facet_uvs[c].x));
+            out.bytes(static_cast<float>(t.facet_uvs[c].y));
+        }
+    });
+}
+
+/// Twice the area times the unit normal.
+Vec3<double> area_vector(const Tessellation& t, const std::array<Index, 3>& triangle) {
+    const Vec3<double> a = t.positions[triangle[0]];
+    return glm::cross(t.positions[triangle[1]] - a, t.positions[triangle[2]] - a);
+}
+
+/// The vector at unit length, or `fallback` if it is zero.
+Vec3<double> unit_or(const Vec3<double>& v, const Vec3<double>& fallback) {
+    const double length = glm::length(v);
+    return length > 0 ? v / length : fallback;
+}
+
+void write_stl(std::ostream& stream, const Tessellation& t) {
+    const Triangles tris = triangles(t);
+    Output out(stream);
+    // Readers take a file that starts with "solid" for text.
+    out.text("{:<80}", "binary STL");
+    out.bytes(static_cast<std::uint32_t>(tris.size()));
+    for (const std::array<Index, 3>& triangle : tris) {
+        out.bytes(Vec3<float>(unit_or(area_vector(t, triangle), Vec3<double>(0))));
+        for (const Index p : triangle)
+            out.bytes(Vec3<float>(t.positions[p]));
+        out.bytes(std::uint16_t{0});  // attribute byte count
+    }
+}
+
+// ---- GLB ----
+
+/// glTF wants normals of unit length: a point where the surface has none gets that of the
+/// triangles around it.
+std::vector<Vec3<double>> unit_normals(const Tessellation& t, const Triangles& tris) {
+    std::vector<Vec3<double>> sums(t.normals.size(), Vec3<double>(0));
+    for (const std::array<Index, 3>& triangle : tris) {
+        for (const Index p : triangle)
+            sums[p] += area_vector(t, triangle);
+    }
+    for (std::size_t i = 0; i < sums.size(); ++i)
+        sums[i] = unit_or(t.normals[i], unit_or(sums[i], Vec3<double>(0, 0, 1)));
+    return sums;
+}
+
+/// Ends the view that starts where the last one ended, and describes what it holds.
+tinygltf::Accessor& end_view(tinygltf::Model& model, int target, int component, int type,
+                             std::size_t count) {
+    tinygltf::BufferView view;
+    view.buffer = 0;
+    if (!model.bufferViews.empty()) {
+        const tinygltf::BufferView& last = model.bufferViews.back();
+        view.byteOffset = last.byteOffset + last.byteLength;
+    }
+    view.byteLength = model.buffers[0].data.size() - view.byteOffset;
+    view.target = target;
+    tinygltf::Accessor accessor;
+    accessor.bufferView = static_cast<int>(model.bufferViews.size());
+    accessor.componentType = component;
+    accessor.type = type;
+    accessor.count = count;
+    model.bufferViews.push_back(view);
+    return model.accessors.emplace_back(accessor);
+}
+
+/// Appends vectors as floats; the accessor gets their bounds.
+void add_vectors(tinygltf::Model& model, std::span<const Vec3<double>> vectors) {
+    Vec3<float> lower(std::numeric_limits<float>::max());
+    Vec3<float> upper(std::numeric_limits<float>::lowest());
+    for (const Vec3<float> v : vectors) {
+        lower = glm::min(lower, v);
+        upper = glm::max(upper, v);
+        for (int k = 0; k < 3; ++k)
+            append_bytes(model.buffers[0].data, v[k]);
+    }
+    tinygltf::Accessor& accessor =
+        end_view(model, TINYGLTF_TARGET_ARRAY_BUFFER, TINYGLTF_COMPONENT_TYPE_FLOAT,
+                 TINYGLTF_TYPE_VEC3, vectors.size());
+    accessor.minValues = {lower.x, lower.y, lower.z};
+    accessor.maxValues = {upper.x, upper.y, upper.z};
+}
+
+tinygltf::Model make_model(const Tessellation& t, const Triangles& tris) {
+    tinygltf::Model model;
+    model.asset.version = "2.0";
+    model.asset.generator = "osdx";
+    model.buffers.emplace_back();
+
+    add_vectors(model, t.positions);
+    add_vectors(model, unit_normals(t, tris));
+    for (const std::array<Index, 3>& triangle : tris) {
+        for (const Index p : triangle)
+            append_bytes(model.buffers[0].data, p);
+    }
+    end_view(model, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER,
+             TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR, 3 * tris.size());
+
+    tinygltf::Material material;
+    material.doubleSided = true;
+    material.pbrMetallicRoughness.metallicFactor = 0;  // 1 if left out: a black mirror
+    model.materials.push_back(material);
+
+    tinygltf::Primitive primitive;
+    primitive.attributes = {{"POSITION", 0}, {"NORMAL", 1}};
+    primitive.indices = 2;
+    primitive.material = 0;
+    primitive.mode = TINYGLTF_MODE_TRIANGLES;
+    model.meshes.emplace_back().primitives.push_back(primitive);
+    model.nodes.emplace_back().mesh = 0;
+    model.scenes.emplace_back().nodes.push_back(0);
+    model.defaultScene = 0;
+    return model;
+}
+
+void write_glb(std::ostream& stream, const Tessellation& t) {
+    const tinygltf::Model model = make_model(t, triangles(t));
+    if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, stream, false, true))
+        stream.setstate(std::ios::failbit);
+}
+
+// ---- Meshes ----
+
+/// Calls f(the vertices of the face).
+template <class F>
+void for_each_face(const MeshData& mesh, F&& f) {
+    std::span<const Index> vertices = mesh.face_vertices;
+    for (const Index n : mesh.face_sizes) {
+        f(vertices.first(n));
+        vertices = vertices.subspan(n);
+    }
+}
+
+void write_tag(Output& out, const Tag& tag) {
+    out.text("t {} {}/{}/{}", tag.name, tag.ints.size(), tag.floats.size(),
+             tag.text.size());
+    for (const int value : tag.ints)
+        out.text(" {}", value);
+    for (const double value : tag.floats)
+        out.text(" {}", value);
+    for (const std::string& word : tag.text)
+        out.text(" {}", word);
+    out.text("\n");
+}
+
+void write_obj(std::ostream& stream, const MeshData& mesh) {
+    Output out(stream);
+    for (const Vec3<double>& p : mesh.positions)
+        out.text("v {} {} {}\n", p.x, p.y, p.z);
+    for_each_face(mesh, [&](std::span<const Index> face) {
+        out.text("f");
+        for (const Index v : face)
+            out.text(" {}", std::uint64_t{v} + 1);
+        out.text("\n");
+    });
+    for (const Tag& tag : mesh.tags)
+        write_tag(out, tag);
+}
+
+/// The vertices and faces as OFF and text PLY have them after their headers.
+void write_body(Output& out, const MeshData& mesh) {
+    for (const Vec3<double>& p : mesh.positions)
+        out.text("{} {} {}\n", p.x, p.y, p.z);
+    for_each_face(mesh, [&](std::span<const Index> face) {
+        out.text("{}", face.size());
+        for (const Index v : face)
+            out.text(" {}", v);
+        out.text("\n");
+    });
+}
+
+void write_off(std::ostream& stream, const MeshData& mesh) {
+    Output out(stream);
+    out.text("OFF\n{} {} 0\n", mesh.positions.size(), mesh.face_sizes.size());
+    write_body(out, mesh);
+}
+
+void write_ply(std::ostream& stream, const MeshData& mesh) {
+    Output out(stream);
+    const bool small =
+        std::ranges::all_of(mesh.face_sizes, [](Index n) { return n < 256; });
+    out.text(
+        "ply\n"
+        "format ascii 1.0\n"
+        "element vertex {}\n"
+        "property double x\nproperty double y\nproperty double z\n"
+        "element face {}\n"
+        "property list {} uint vertex_indices\n"
+        "end_header\n",
+        mesh.positions.size(), mesh.face_sizes.size(), small ? "uchar" : "uint");
+    write_body(out, mesh);
+}
+
+// ---- Files ----
+
+/// What is done for an extension; `check` says whether `write` can.
+template <class T>
+struct Format {
+    std::string_view extension;
+    Status (*check)(const T&);
+    void (*write)(std::ostream&, const T&);
+};
+
+constexpr std::array<Format<Tessellation>, 4> kTessellationFormats{{
+    {".obj", check_shapes, write_obj},
+    {".ply", check_shapes, write_ply},
+    {".stl", check_stl, write_stl},
+    {".glb", check_glb, write_glb},
+}};
+
+constexpr std::array<Format<MeshData>, 3> kMeshFormats{{
+    {".obj", check_obj, write_obj},
+    {".off", check_shapes, write_off},
+    {".ply", check_shapes, write_ply},
+}};
+
+template <class T>
+Status write_as(const std::filesystem::path& path, const T& object,
+                std::span<const Format<T>> formats) {
+    std::string extension = path.extension().string();
+    std::ranges::transform(extension, extension.begin(),
+                           [](unsigned char c) { return std::tolower(c); });
+    std::string known;
+    for (const Format<T>& format : formats) {
+        if (format.extension == extension) {
+            if (Status status = format.check(object); !status)
+                return status;
+            return write_file(
+                path, [&](std::ostream& stream) { format.write(stream, object); });
+        }
+        known += fmt::format(" {}", format.extension);
+    }
+    return fail(ErrorCode::InvalidOption,
+                fmt::format("the extension '{}' is none of{}", extension, known));
+}
+
+/// A file that is gone at the end of the scope, unless it was renamed before.
+struct TemporaryFile {
+    std::filesystem::path path;
+
+    explicit TemporaryFile(std::filesystem::path name) : path(std::move(name)) {}
+    TemporaryFile(const TemporaryFile&) = delete;
+    TemporaryFile& operator=(const TemporaryFile&) = delete;
+    ~TemporaryFile() {
+        std::error_code ignored;
+        std::filesystem::remove(path, ignored);
+    }
+};
+
+}  // namespace
+
+Status write_tessellation(const std::filesystem::path& path,
+                          const Tessellation& tessellation) {
+    return write_as<Tessellation>(path, tessellation, kTessellationFormats);
+}
+
+Status write_mesh(const std::filesystem::path& path, const MeshData& mesh) {
+    return write_as<MeshData>(path, mesh, kMeshFormats);
+}
+
+Status write_file(const std::filesystem::path& path,
+                  const std::function<void(std::ostream&)>& write) {
+    std::error_code error;
+    const auto status = std::filesystem::status(path, error);
+    if (exists(status) && !is_regular_file(status)) {
+        // The rename would replace a device or a socket.
+        return fail(ErrorCode::WriteFailed,
+                    "the path names something that is not a file");
+    }
+    const TemporaryFile temporary(path.string() + fmt::format(".{}.tmp", getpid()));
+    errno = 0;
+    std::ofstream stream(temporary.path, std::ios::binary);
+    if (!stream) {
+        return fail(ErrorCode::WriteFailed,
+                    fmt::format("no file can be made in its folder: {}",
+                                std::generic_category().message(errno)));
+    }
+    write(stream);
+    stream.close();
+    if (!stream)
+        return fail(ErrorCode::WriteFailed, "the disk did not take all of the data");
+    std::filesystem::rename(temporary.path, path, error);
+    if (error) {
+        return fail(
+            ErrorCode::WriteFailed,
+            fmt::format("the file cannot be given its name: {}", error.message()));
+    }
+    return ok();
+}
+
+}  // namespace osdx

@@ -1,0 +1,172 @@
+#!/usr/bin/env bash
+# Copyright 2026 The osdx authors.
+# SPDX-License-Identifier: Apache-2.0
+#
+# The program as a user meets it: exit status, one line of error, files or none.
+#
+# Usage: tests/program_test.sh OSDX DATA
+
+set -uo pipefail
+
+osdx=$1
+data=$2
+dir=$(mktemp -d)
+trap 'rm -rf "$dir"' EXIT
+cd "$dir" || exit 1
+failures=0
+
+fail() {
+    echo "FAILED: $*"
+    failures=$((failures + 1))
+}
+
+# succeeds FILE... -- ARGS: status 0, nothing on stderr, the files are there.
+succeeds() {
+    local files=()
+    while [[ $1 != -- ]]; do
+        files+=("$1")
+        shift
+    done
+    shift
+    "$osdx" "$@" >stdout 2>stderr || fail "$*: status $?: $(cat stderr)"
+    [[ -s stderr ]] && fail "$*: stderr: $(cat stderr)"
+    local file
+    for file in "${files[@]}"; do
+        [[ -s $file ]] || fail "$*: no $file"
+    done
+}
+
+# refuses STATUS PATTERN ARGS: that status, one matching line on stderr (usage errors may
+# have more), and no file that was not there before.
+refuses() {
+    local status=$1 pattern=$2 before after got=0
+    shift 2
+    before=$(ls -A | grep -v '^std')
+    "$osdx" "$@" >stdout 2>stderr || got=$?
+    after=$(ls -A | grep -v '^std')
+    [[ $got == "$status" ]] || fail "$*: status $got, not $status"
+    grep -Eq "$pattern" stderr || fail "$*: '$(cat stderr)' does not say '$pattern'"
+    if [[ $status == 1 && $(wc -l <stderr) != 1 ]]; then
+        fail "$*: not one line: $(cat stderr)"
+    fi
+    [[ $before == "$after" ]] || fail "$*: left behind: $(comm -13 <(echo "$before") <(echo "$after"))"
+}
+
+cat >cube.obj <<'END'
+v -1 -1 -1
+v 1 -1 -1
+v 1 1 -1
+v -1 1 -1
+v -1 -1 1
+v 1 -1 1
+v 1 1 1
+v -1 1 1
+f 4 3 2 1
+f 5 6 7 8
+f 1 2 6 5
+f 2 3 7 6
+f 3 4 8 7
+f 4 1 5 8
+END
+vertices=$(grep '^v' cube.obj)
+faces=$(grep '^f' cube.obj)
+
+# ------------------------------------------------------------------ what works
+
+succeeds info.json -- info cube.obj --json info.json
+grep -q '"faces": 6' info.json || fail "info: no face count"
+succeeds refined.off -- subdivide cube.obj --degree 5 --levels 2 --out refined.off
+[[ $(sed -n 2p refined.off | cut -d' ' -f1,2) == "98 96" ]] ||
+    fail "subdivide: $(sed -n 2p refined.off), not 98 96"
+for extension in obj ply stl glb; do
+    succeeds "out.$extension" -- tessellate cube.obj --rate 4 --out "out.$extension"
+done
+[[ $(stat -c %s out.stl) == $((84 + 50 * 6 * 16 * 2)) ]] || fail "STL: wrong size"
+printf 'face,u,v\n0,0.5,0.5\n5,0,1\n' >at.csv
+succeeds out.csv -- eval cube.obj --degree 4 --at at.csv --out out.csv
+[[ $(wc -l <out.csv) == 3 && $(sed -n 2p out.csv | tr , '\n' | wc -l) == 26 ]] ||
+    fail "eval: $(cat out.csv)"
+succeeds net.json -- patch "$data/thesis_EV_d3_n5.json" --out net.json
+grep -q '"dxy"' net.json || fail "patch: no dxy"
+
+if "$osdx" compare cube.obj --rate 2 --json compare.json >stdout 2>stderr; then
+    for key in boundary_edges regular distance_rms normal_deg_max gap_max \
+        normal_jump_deg_max curvature_jump_max build points evaluate; do
+        grep -q "\"$key\"" compare.json || fail "compare: no $key"
+    done
+else
+    grep -q 'built without OpenSubdiv' stderr || fail "compare: $(cat stderr)"
+fi
+for shade in phong normals reflection mean gauss patches; do
+    "$osdx" render cube.obj --size 64 48 --shade "$shade" --out "$shade.png" 2>stderr ||
+        grep -q 'built without Embree' stderr || fail "render $shade: $(cat stderr)"
+done
+
+# ------------------------------------------------------------------ bad usage
+
+refuses 2 'subcommand'
+refuses 2 'MESH' info
+refuses 2 'degree' info cube.obj --degree 1
+refuses 2 'degree' info cube.obj --degree three
+refuses 2 'patch' tessellate cube.obj --patch round --out x.obj
+refuses 2 'unknown|not expected' info cube.obj --unknown
+
+# ------------------------------------------------------------------ bad input
+
+# refuses_mesh NAME PATTERN LINES: a file that every way of reading it refuses.
+refuses_mesh() {
+    printf '%s\n' "$3" >"$1"
+    refuses 1 "^osdx: $1.*$2" tessellate "$1" --rate 2 --out x.ply
+    refuses 1 "^osdx: $1.*$2" subdivide "$1" --out x.obj
+    refuses 1 "^osdx: $1.*$2" info "$1" --json x.json
+}
+
+refuses 1 '^osdx: missing.obj: ' info missing.obj
+: >empty.obj
+refuses 1 '^osdx: empty.obj: ' info empty.obj
+: >cube.xyz
+refuses 1 '^osdx: cube.xyz: ' info cube.xyz
+refuses_mesh range.obj ':15: face 6 .*vertex 8' "$vertices"$'\n'"$faces"$'\n''f 1 2 9'
+refuses_mesh small.obj ':9: face 0 ' "$vertices"$'\n''f 1 2'
+refuses_mesh repeated.obj ':9: face 0 .*vertex 1 twice' "$vertices"$'\n''f 1 2 3 2'
+refuses_mesh edge.obj ':16: face 6 .*vertices 0 and 1' \
+    "$vertices"$'\n''v 0 -3 0'$'\n'"$faces"$'\n''f 1 2 9'
+refuses_mesh flipped.obj 'opposite orientations' \
+    "$vertices"$'\n'"$(sed '1s/.*/f 1 2 3 4/' <<<"$faces")"
+refuses_mesh fans.obj ':1: vertex 0 .*fans' "v 0 0 0
+v 1 0 0
+v 0 1 0
+v 0 0 1
+v -1 0 0
+v 0 -1 0
+v 0 0 -1
+f 1 3 2
+f 1 2 4
+f 1 4 3
+f 2 3 4
+f 1 5 6
+f 1 7 5
+f 1 6 7
+f 5 7 6"
+refuses_mesh nan.obj ':3: vertex 2 ' "$(sed '3s/.*/v 1 nan -1/' <<<"$vertices")"$'\n'"$faces"
+refuses_mesh inf.obj ':3: vertex 2 ' "$(sed '3s/.*/v 1 inf -1/' <<<"$vertices")"$'\n'"$faces"
+refuses_mesh two.obj ':9: vertex 8 .*two faces' \
+    "$vertices"$'\n''v 0 -1 -1'$'\n'"$(sed '1s/.*/f 4 3 2 9 1/; 3s/.*/f 1 9 2 6 5/' <<<"$faces")"
+refuses_mesh open.obj 'open meshes' "$vertices"$'\n'"$(sed 1d <<<"$faces")"
+refuses_mesh tag.obj ":15: .*'crease'" "$vertices"$'\n'"$faces"$'\n''t crease 2/1/0 0 1 2.5'
+succeeds -- info tag.obj --ignore-tags
+refuses_mesh words.obj ':2: ' "v 0 0 0"$'\n''v one two three'
+
+printf 'face,u,v\n6,0,0\n' >far.csv
+refuses 1 '^osdx: far.csv:2: .*face 6' eval cube.obj --at far.csv --out x.csv
+printf 'face,u\n' >head.csv
+refuses 1 '^osdx: head.csv:1: ' eval cube.obj --at head.csv --out x.csv
+echo '{"kind": "EV", "n": 5, "d": 3, "control": [], "samples": []}' >net_bad.json
+refuses 1 '^osdx: net_bad.json: .*31 points' patch net_bad.json --out x.json
+refuses 1 'x.step' tessellate cube.obj --out x.step
+refuses 1 'nowhere' tessellate cube.obj --out nowhere/x.obj
+
+if [[ $failures != 0 ]]; then
+    echo "$failures failures"
+    exit 1
+fi

@@ -1,0 +1,480 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include "viewer/commands.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <map>
+#include <ostream>
+#include <set>
+
+#include "far/refine.h"
+#include "osd_ext/comparison.h"
+#include "osd_ext/continuity.h"
+#include "osd_ext/export.h"
+#include "viewer/demo_mesh.h"
+#include "viewer/job.h"
+#include "viewer/picture.h"
+#include "viewer/progress.h"
+
+namespace osdx {
+namespace {
+
+Json histogram(const std::map<Index, Index>& counts) {
+    Json j = Json::object();
+    for (const auto& [key, count] : counts)
+        j[std::to_string(key)] = count;
+    return j;
+}
+
+std::string one_line(const Json& histogram) {
+    std::string s;
+    for (const auto& [key, count] : histogram.items())
+        s += fmt::format("{}{} x {}", s.empty() ? "" : ", ", count.get<Index>(), key);
+    return s.empty() ? "none" : s;
+}
+
+Json mesh_report(const Topology& t) {
+    // Open meshes are refused, so there are no boundary edges to count.
+    return {{"vertices", t.n_vertices()}, {"faces", t.n_faces()}, {"boundary_edges", 0}};
+}
+
+Index count_components(const Topology& t) {
+    std::vector<bool> seen(t.n_faces(), false);
+    std::vector<Index> stack;
+    Index n = 0;
+    for (Index start = 0; start < t.n_faces(); ++start) {
+        if (seen[start])
+            continue;
+        ++n;
+        seen[start] = true;
+        stack.push_back(start);
+        while (!stack.empty()) {
+            const Index f = stack.back();
+            stack.pop_back();
+            for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h) {
+                const Index g = t.face[t.twin[h]];
+                if (!seen[g]) {
+                    seen[g] = true;
+                    stack.push_back(g);
+                }
+            }
+        }
+    }
+    return n;
+}
+
+/// What `compare` measures of one surface; used by `demo` for its table.
+struct Measures {
+    SurfaceDistance limit;
+    Continuity continuity;
+    double seconds_points = 0, seconds_evaluate = 0;
+};
+
+Result<Measures> measure(Job& job, const LimitSurface& limit, int rate,
+                         Progress& progress) {
+    Measures m;
+    const Topology& base = job.surface.base();
+    Stopwatch watch;
+    if (const Status s = job.surface.set_positions(job.mesh.positions); !s)
+        return s.error();
+    m.seconds_points = watch.lap();
+    tessellate(base, rate, job.function());
+    m.seconds_evaluate = watch.lap();
+
+    progress.stage("measuring continuity");
+    m.continuity = measure_continuity(job.surface, rate);
+    progress.stage("measuring distances to the limit surface");
+    const auto distance =
+        measure_distance(base, job.function(), surface_function(base, limit),
+                         rate + rate % 2, job.diagonal());
+    if (!distance)
+        return distance.error();
+    m.limit = *distance;
+    return m;
+}
+
+/// The picture input of a job; the limit surface has no patches of ours to show.
+PictureInput job_picture(const Job& job) {
+    PictureInput input = picture_input(job.surface);
+    input.surface = job.function();
+    return input;
+}
+
+/// Lets Shade::Distance show the distance to the limit surface, over the diagonal.
+void show_distance(PictureInput& input, const LimitSurface& limit, double diagonal) {
+    input.distance = [base = input.base, to = surface_function(*input.base, limit),
+                      diagonal](const SurfaceJet<double>& s, const QuarterPoint& q) {
+        return closest_point(*base, to, s.p, q, 1e-9 * diagonal).distance / diagonal;
+    };
+}
+
+Status write_picture(const PictureInput& input, PictureOptions options, Shade shade,
+                     const std::filesystem::path& file) {
+    options.shade = shade;
+    const Result<Image> image = render_picture(input, options);
+    if (!image)
+        return image.error();
+    return written(write_png(file, *image), file);
+}
+
+Status make_folder(const std::filesystem::path& folder) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) {
+        return fail(ErrorCode::WriteFailed,
+                    fmt::format("{}: the folder cannot be made: {}", folder.string(),
+                                error.message()));
+    }
+    return ok();
+}
+
+constexpr std::array kPictures = {
+    std::pair(Shade::Phong, "phong"),       std::pair(Shade::Reflection, "reflection"),
+    std::pair(Shade::Mean, "mean"),         std::pair(Shade::Gauss, "gauss"),
+    std::pair(Shade::Patches, "patches"),   std::pair(Shade::Normals, "normals"),
+    std::pair(Shade::Distance, "distance"),
+};
+
+}  // namespace
+
+Status info_command(const CommandOptions& options) {
+    const Result<Job> job = load_job(options);
+    if (!job)
+        return job.error();
+    const Topology& t = job->surface.base();
+    const PatchTable& patches = job->surface.patches();
+
+    std::map<Index, Index> valences, sizes, levels, tags_seen;
+    for (Index v = 0; v < t.n_vertices(); ++v) {
+        if (t.vertex_halfedge[v] != kInvalidIndex)
+            ++valences[t.valence(v)];
+    }
+    for (Index f = 0; f < t.n_faces(); ++f)
+        ++sizes[t.face_size(f)];
+    for (Index p = 0; p < patches.n_patches(); ++p)
+        ++levels[static_cast<Index>(patches.patch(p).level)];
+    Json tags = Json::object();
+    for (const Tag& tag : job->mesh.tags)
+        tags[tag.name] = tags.value(tag.name, 0) + 1;
+
+    const auto unused = job->surface.unused_vertices();
+    const Index components = count_components(t);
+    const long long euler = static_cast<long long>(t.n_vertices()) -
+                            static_cast<long long>(unused.size()) - t.n_edges +
+                            t.n_faces();
+    Json mesh = mesh_report(t);
+    mesh["edges"] = t.n_edges;
+    mesh["components"] = components;
+    mesh["euler"] = euler;
+    mesh["valences"] = histogram(valences);
+    mesh["face_sizes"] = histogram(sizes);
+    mesh["unused_vertices"] = std::vector<Index>(unused.begin(), unused.end());
+    mesh["tags"] = tags;
+    const Json report = {{"mesh", mesh},
+                         {"degree", options.degree},
+                         {"refinement_levels", patches.n_levels() - 1},
+                         {"patches", patch_counts(patches)},
+                         {"patches_by_level", histogram(levels)},
+                         {"control_points", patches.n_points()}};
+    if (const Status s = write_report(options, report); !s)
+        return s;
+
+    fmt::print(
+        "{} vertices, {} edges, {} faces, closed; {} component{}, Euler number {}\n",
+        t.n_vertices(), t.n_edges, t.n_faces(), components, components == 1 ? "" : "s",
+        euler);
+    fmt::print("valences:   {}\n", one_line(mesh["valences"]));
+    fmt::print("face sizes: {}\n", one_line(mesh["face_sizes"]));
+    fmt::print("tags:       {}{}\n", one_line(tags),
+               options.ignore_tags && !tags.empty() ? " (ignored)" : "");
+    if (!unused.empty()) {
+        fmt::print("unused:     {} vertices that no face uses, the first is {}\n",
+                   unused.size(), unused[0]);
+    }
+    fmt::print("degree {}: {} level{} of refinement, {} control points\n", options.degree,
+               patches.n_levels() - 1, patches.n_levels() == 2 ? "" : "s",
+               patches.n_points());
+    fmt::print("patches:    {}\n", patch_summary(patches));
+    fmt::print("by level:   {}\n", one_line(report["patches_by_level"]));
+    return ok();
+}
+
+Status subdivide_command(const CommandOptions& options) {
+    Progress progress;
+    progress.stage("reading");
+    const Result<MeshData> data = read_mesh(options.input);
+    if (!data)
+        return in_file(data.error(), options.input);
+    const Result<Mesh> mesh = build_mesh(*data, {.ignore_tags = options.ignore_tags});
+    if (!mesh)
+        return in_file(mesh.error(), options.input);
+    Topology base = build_topology(*mesh);
+    const double n_corners = base.n_halfedges() * std::pow(4.0, options.levels);
+    if (n_corners >= double(kInvalidIndex)) {
+        return fail(ErrorCode::InvalidOption,
+                    fmt::format("{} levels give {:.0f} face corners, more than {}",
+                                options.levels, n_corners, kInvalidIndex - 1));
+    }
+    progress.stage("refining");
+    Refinement refinement(std::move(base), options.degree);
+    for (int i = 0; i < options.levels; ++i)
+        refinement.add_level();
+    const MeshData refined = to_mesh_data(refinement.topology(options.levels),
+                                          refinement.points(data->positions));
+    progress.stage("writing");
+    if (const Status s = written(write_mesh(options.out, refined), options.out); !s)
+        return s;
+    return write_report(options,
+                        {{"degree", options.degree},
+                         {"levels", options.levels},
+                         {"mesh", mesh_report(refinement.topology(options.levels))}});
+}
+
+Status tessellate_command(const CommandOptions& options) {
+    Progress progress;
+    progress.stage("laying patches");
+    const Result<Job> job = load_job(options);
+    if (!job)
+        return job.error();
+    progress.stage("evaluating");
+    Stopwatch watch;
+    const Tessellation t = tessellate(job->surface.base(), options.rate, job->function());
+    const double seconds = watch.lap();
+    progress.stage("writing");
+    if (const Status s = written(write_tessellation(options.out, t), options.out); !s)
+        return s;
+    return write_report(
+        options, {{"mesh", mesh_report(job->surface.base())},
+                  {"points", t.positions.size()},
+                  {"facets", t.facet_sizes.size()},
+                  {"seconds", {{"build", job->seconds_build}, {"evaluate", seconds}}}});
+}
+
+Status compare_command(const CommandOptions& options) {
+    Progress progress;
+    progress.stage("laying patches");
+    Result<Job> job = load_job(options);
+    if (!job)
+        return job.error();
+    const Topology& base = job->surface.base();
+    const double diagonal = job->diagonal();
+    progress.stage("building the limit surface");
+    const Result<LimitSurface> limit =
+        LimitSurface::build(base, job->mesh.positions, options.isolation);
+    if (!limit)
+        return in_file(limit.error(), options.input);
+    const Result<double> error =
+        isolation_error(base, job->mesh.positions, options.isolation, diagonal);
+    if (!error)
+        return in_file(error.error(), options.input);
+    const Result<Measures> m = measure(*job, *limit, options.rate, progress);
+    if (!m)
+        return in_file(m.error(), options.input);
+
+    if (!options.images.empty()) {
+        if (const Status s = make_folder(options.images); !s)
+            return s;
+        PictureInput input = job_picture(*job);
+        show_distance(input, *limit, diagonal);
+        for (const auto& [shade, name] : kPictures) {
+            progress.stage(fmt::format("tracing {}", name));
+            const auto file = options.images / fmt::format("{}.png", name);
+            if (const Status s = write_picture(input, {}, shade, file); !s)
+                return s;
+        }
+    }
+
+    const Continuity& c = m->continuity;
+    Json report = {
+        {"mesh", mesh_report(base)},
+        {"degree", options.degree},
+        {"patches", patch_counts(job->surface.patches())},
+        {"limit",
+         {{"distance_max", m->limit.distance_max},
+          {"distance_rms", m->limit.distance_rms},
+          {"normal_deg_max", m->limit.normal_deg_max},
+          {"normal_deg_rms", m->limit.normal_deg_rms},
+          {"samples", m->limit.n_samples},
+          {"isolation", options.isolation},
+          {"isolation_error", *error}}},
+        {"continuity",
+         {{"gap_max", c.gap_max},
+          {"normal_jump_deg_max", c.normal_jump_deg_max},
+          {"curvature_jump_max", c.curvature_jump_max},
+          {"curvature_max", c.curvature_max},
+          {"samples", c.n_samples}}},
+        {"seconds",
+         {{"build", job->seconds_build},
+          {"points", m->seconds_points},
+          {"evaluate", m->seconds_evaluate}}},
+    };
+    if (const Status s = write_report(options, report); !s)
+        return s;
+    fmt::print("patches (degree {}): {}\n", options.degree,
+               patch_summary(job->surface.patches()));
+    fmt::print(
+        "distance to the Catmull-Clark limit, over the bounding-box diagonal: max "
+        "{:.3e}, rms "
+        "{:.3e}\n",
+        m->limit.distance_max, m->limit.distance_rms);
+    fmt::print("  (limit of OpenSubdiv at isolation {}, itself within {:.1e})\n",
+               options.isolation, *error);
+    fmt::print("angle to its normals: max {:.3f}, rms {:.3f} degrees\n",
+               m->limit.normal_deg_max, m->limit.normal_deg_rms);
+    fmt::print(
+        "across patch edges: gap {:.1e} of the diagonal, normal jump {:.1e} degrees, "
+        "curvature "
+        "jump {:.1e} of the largest\n",
+        c.gap_max, c.normal_jump_deg_max, c.curvature_jump_max);
+    return ok();
+}
+
+Status render_command(const CommandOptions& options) {
+    Progress progress;
+    progress.stage("laying patches");
+    const Result<Job> job = load_job(options);
+    if (!job)
+        return job.error();
+    PictureInput input = job_picture(*job);
+    std::optional<LimitSurface> limit;
+    if (options.shade == "distance") {
+        auto built = LimitSurface::build(job->surface.base(), job->mesh.positions,
+                                         options.isolation);
+        if (!built)
+            return in_file(built.error(), options.input);
+        limit.emplace(std::move(*built));
+        show_distance(input, *limit, job->diagonal());
+    }
+    input.title = fmt::format("{}, degree {}", options.input.filename().string(),
+                              options.patch == "catmark" ? 3 : options.degree);
+    PictureOptions picture;
+    picture.width = options.width;
+    picture.height = options.height;
+    picture.azimuth_deg = options.azimuth;
+    picture.elevation_deg = options.elevation;
+    picture.range = options.range;
+    progress.stage("tracing");
+    const Status s =
+        write_picture(input, picture, *parse_shade(options.shade), options.out);
+    if (!s)
+        return s;
+    return write_report(options, {{"mesh", mesh_report(job->surface.base())},
+                                  {"patches", patch_counts(job->surface.patches())},
+                                  {"width", options.width},
+                                  {"height", options.height},
+                                  {"shade", options.shade}});
+}
+
+Status demo_command(const CommandOptions& options) {
+    constexpr int kRate = 8;
+    if (const Status s = make_folder(options.out); !s)
+        return s;
+    CommandOptions own = options;
+    own.input = options.out / "valve_body.obj";
+    if (const Status s = written(
+            write_file(own.input, [](std::ostream& out) { out << demo_mesh_obj(); }),
+            own.input);
+        !s)
+        return s;
+    fmt::print("The mesh, {}:\n", own.input.string());
+    own.json = options.out / "info.json";
+    if (const Status s = info_command(own); !s)
+        return s;
+
+    Progress progress;
+    fmt::print(
+        "\nDistance to the Catmull-Clark limit and joins of the patches, by degree\n"
+        "(lengths over the bounding-box diagonal, angles in degrees):\n\n"
+        "{:>6} {:>8} {:>11} {:>11} {:>11} {:>9} {:>9} {:>9}  {}\n",
+        "degree", "patches", "distance", "rms", "normal rms", "gap", "normal",
+        "curvature", "multisided");
+    std::optional<LimitSurface> limit;
+    Json table = Json::array();
+    for (int degree = 2; degree <= 7; ++degree) {
+        own.degree = degree;
+        progress.stage(fmt::format("degree {}", degree));
+        Result<Job> job = load_job(own);
+        if (!job)
+            return job.error();
+        // The limit surface refers to the base of one job; each job has its own.
+        auto built = LimitSurface::build(job->surface.base(), job->mesh.positions);
+        if (!built)
+            return in_file(built.error(), own.input);
+        const Result<Measures> m = measure(*job, *built, kRate, progress);
+        if (!m)
+            return in_file(m.error(), own.input);
+        const PatchTable& patches = job->surface.patches();
+        const Continuity& c = m->continuity;
+        const Json counts = patch_counts(patches);
+        std::string multisided;
+        for (const auto& [n, k] : counts[degree % 2 ? "ev" : "ef"].items())
+            multisided += fmt::format(" {}({})", k.get<Index>(), n);
+        fmt::print(
+            "{:>6} {:>8} {:>11.2e} {:>11.2e} {:>11.3f} {:>9.1e} {:>9.1e} {:>9.1e} {}\n",
+            degree, patches.n_patches(), m->limit.distance_max, m->limit.distance_rms,
+            m->limit.normal_deg_rms, c.gap_max, c.normal_jump_deg_max,
+            c.curvature_jump_max, multisided);
+        std::fflush(stdout);
+        table.push_back({{"degree", degree},
+                         {"patches", counts},
+                         {"distance_max", m->limit.distance_max},
+                         {"distance_rms", m->limit.distance_rms},
+                         {"normal_deg_max", m->limit.normal_deg_max},
+                         {"normal_deg_rms", m->limit.normal_deg_rms},
+                         {"gap_max", c.gap_max},
+                         {"normal_jump_deg_max", c.normal_jump_deg_max},
+                         {"curvature_jump_max", c.curvature_jump_max}});
+    }
+    own.json = options.out / "compare.json";
+    if (const Status s = write_report(own, table); !s)
+        return s;
+
+    own.degree = 3;
+    const Result<Job> job = load_job(own);
+    if (!job)
+        return job.error();
+    progress.stage("writing the tessellation");
+    const auto glb = options.out / "surface.glb";
+    if (const Status s =
+            written(write_tessellation(glb, job->surface.tessellate(kRate)), glb);
+        !s)
+        return s;
+
+    fmt::print("\nwrote {}\n", glb.string());
+    auto built = LimitSurface::build(job->surface.base(), job->mesh.positions);
+    if (!built)
+        return in_file(built.error(), own.input);
+    const auto picture = [&](const PictureInput& input, Shade shade,
+                             const std::string& name) {
+        progress.stage(fmt::format("tracing {}", name));
+        const auto file = options.out / (name + ".png");
+        const Status s = write_picture(input, {}, shade, file);
+        if (s)
+            fmt::print("wrote {}\n", file.string());
+        return s;
+    };
+    PictureInput input = job_picture(*job);
+    show_distance(input, *built, job->diagonal());
+    input.title = "osdx, degree 3";
+    for (const auto& [shade, name] : kPictures) {
+        if (const Status s = picture(input, shade, name); !s)
+            return s;
+    }
+    PictureInput catmark = input;
+    catmark.surface = surface_function(job->surface.base(), *built);
+    catmark.title = "Catmull-Clark limit";
+    if (const Status s = picture(catmark, Shade::Reflection, "reflection_catmark"); !s)
+        return s;
+    own.degree = 5;
+    const Result<Job> quintic = load_job(own);
+    if (!quintic)
+        return quintic.error();
+    PictureInput input5 = job_picture(*quintic);
+    input5.title = "osdx, degree 5";
+    return picture(input5, Shade::Reflection, "reflection_degree5");
+}
+
+}  // namespace osdx

@@ -1,0 +1,45 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "far/result.h"
+
+namespace osdx {
+
+/// Options of the subcommands, as the command line gives them; see DESIGN in the README.
+struct CommandOptions {
+    std::filesystem::path input;
+    std::filesystem::path out;
+    std::filesystem::path at;
+    std::filesystem::path json;
+    std::filesystem::path images;
+    std::string patch = "multisided";
+    std::string shade = "phong";
+    int degree = 3;
+    int levels = 1;
+    int rate = 8;
+    int isolation = 8;
+    int width = 960, height = 720;
+    bool ignore_tags = false;
+    bool facets_as_triangles = false;
+    std::optional<double> range;
+    double azimuth = 35, elevation = 25;
+};
+
+/// Each prints its report on stdout and, where options.json is set, writes it as JSON.
+/// The message of an Error names the file and the line.
+Status info_command(const CommandOptions& options);
+Status subdivide_command(const CommandOptions& options);
+Status patch_command(const CommandOptions& options);
+Status eval_command(const CommandOptions& options);
+Status tessellate_command(const CommandOptions& options);
+Status compare_command(const CommandOptions& options);
+Status render_command(const CommandOptions& options);
+Status demo_command(const CommandOptions& options);
+
+}  // namespace osdx

@@ -1,0 +1,102 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include "viewer/job.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <ostream>
+
+#include "osd_ext/comparison.h"
+#include "osd_ext/continuity.h"
+#include "osd_ext/export.h"
+
+namespace osdx {
+
+Error in_file(Error error, const std::filesystem::path& file) {
+    error.message = error.line > 0 ? fmt::format("{}:{}: {}", file.string(), error.line,
+                                                 error.message)
+                                   : fmt::format("{}: {}", file.string(), error.message);
+    return error;
+}
+
+SurfaceFunction Job::function() const {
+    return limit ? surface_function(surface.base(), *limit) : surface.function();
+}
+
+double Job::diagonal() const {
+    return bounding_diagonal(mesh.positions);
+}
+
+Result<Job> load_job(const CommandOptions& options) {
+    Result<MeshData> mesh = read_mesh(options.input);
+    if (!mesh)
+        return in_file(mesh.error(), options.input);
+    Stopwatch watch;
+    Result<Surface> surface = Surface::build(
+        *mesh, {.degree = options.degree, .ignore_tags = options.ignore_tags});
+    if (!surface)
+        return in_file(surface.error(), options.input);
+    Job job{std::move(*mesh), std::move(*surface), std::nullopt, watch.lap()};
+    if (options.patch == "catmark") {
+        Result<LimitSurface> limit = LimitSurface::build(
+            job.surface.base(), job.mesh.positions, options.isolation);
+        if (!limit)
+            return in_file(limit.error(), options.input);
+        job.limit.emplace(std::move(*limit));
+    }
+    return job;
+}
+
+Status written(Status status, const std::filesystem::path& file) {
+    return status ? std::move(status) : in_file(status.error(), file);
+}
+
+Status write_report(const CommandOptions& options, const Json& report) {
+    if (options.json.empty())
+        return ok();
+    return write_file(options.json,
+                      [&](std::ostream& out) { out << report.dump(2) << '\n'; });
+}
+
+Json patch_counts(const PatchTable& table) {
+    Index regular = 0;
+    std::map<int, Index> ev, ef;
+    for (Index i = 0; i < table.n_patches(); ++i) {
+        const PatchClass& c = table.class_of(i);
+        switch (c.kind) {
+            case PatchKind::Regular:
+                ++regular;
+                break;
+            case PatchKind::EV:
+                ++ev[c.n_sides];
+                break;
+            case PatchKind::EF:
+                ++ef[c.n_sides];
+                break;
+        }
+    }
+    const auto by_sides = [](const std::map<int, Index>& counts) {
+        Json j = Json::object();
+        for (const auto& [n, count] : counts)
+            j[std::to_string(n)] = count;
+        return j;
+    };
+    return {{"regular", regular},
+            {"ev", by_sides(ev)},
+            {"ef", by_sides(ef)},
+            {"gregory", Json::object()}};
+}
+
+std::string patch_summary(const PatchTable& table) {
+    const Json counts = patch_counts(table);
+    std::string s = fmt::format("{} regular", counts["regular"].get<Index>());
+    for (const auto& [key, name] : {std::pair("ev", "EV"), std::pair("ef", "EF")}) {
+        for (const auto& [n, count] : counts[key].items())
+            s += fmt::format(", {} {}({})", count.get<Index>(), name, n);
+    }
+    return s;
+}
+
+}  // namespace osdx

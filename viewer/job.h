@@ -1,0 +1,60 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "osd_ext/limit_surface.h"
+#include "osd_ext/surface.h"
+#include "viewer/commands.h"
+
+namespace osdx {
+
+using Json = nlohmann::ordered_json;
+
+/// The error with the file, and the line where there is one, before its message.
+Error in_file(Error error, const std::filesystem::path& file);
+
+/// The input of a subcommand, ready to evaluate.
+struct Job {
+    MeshData mesh;
+    Surface surface;
+    std::optional<LimitSurface> limit;  ///< for --patch catmark
+    double seconds_build = 0;
+
+    /// Of the patch family that was asked for.
+    SurfaceFunction function() const;
+    double diagonal() const;
+};
+Result<Job> load_job(const CommandOptions& options);
+
+/// A failed write, with the file before its message.
+Status written(Status status, const std::filesystem::path& file);
+
+/// Writes the report where --json asks for it.
+Status write_report(const CommandOptions& options, const Json& report);
+
+/// {"regular": k, "ev": {"5": k, ...}, "ef": {...}, "gregory": {}}
+Json patch_counts(const PatchTable& table);
+
+/// "96 regular, 8 EV(3), 16 EV(5)"
+std::string patch_summary(const PatchTable& table);
+
+class Stopwatch {
+public:
+    /// Seconds since the last call, or since the start.
+    double lap() {
+        const auto now = std::chrono::steady_clock::now();
+        const std::chrono::duration<double> d = now - last_;
+        last_ = now;
+        return d.count();
+    }
+
+private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace osdx

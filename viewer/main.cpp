@@ -1,0 +1,170 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <functional>
+
+#include "far/types.h"
+#include "osd_ext/limit_surface.h"
+#include "viewer/commands.h"
+
+namespace {
+
+constexpr int kBadInput = 1;
+constexpr int kBadUsage = 2;
+
+using osdx::CommandOptions;
+using Command = osdx::Status (*)(const CommandOptions&);
+
+/// Options that several subcommands share.
+struct Parser {
+    CLI::App app{"osdx: smooth surfaces over polygon meshes of any topology"};
+    CommandOptions options;
+    Command command = nullptr;
+
+    CLI::App* add(const std::string& name, const std::string& help, Command run) {
+        CLI::App* sub = app.add_subcommand(name, help);
+        sub->add_option("--json", options.json, "write the report to this file")
+            ->take_last();
+        sub->callback([this, run] { command = run; });
+        return sub;
+    }
+    void mesh(CLI::App* sub) {
+        sub->add_option("MESH", options.input, "an OBJ, OFF or PLY file")->required();
+        sub->add_flag("--ignore-tags", options.ignore_tags,
+                      "take the mesh as if it had no tags (creases, corners, holes)");
+    }
+    void degree(CLI::App* sub) {
+        sub->add_option("--degree", options.degree, "of the B-splines")
+            ->check(CLI::Range(osdx::kMinDegree, osdx::kMaxDegree))
+            ->capture_default_str();
+    }
+    void patch(CLI::App* sub) {
+        sub->add_option("--patch", options.patch,
+                        "multisided, or catmark: the Catmull-Clark limit of OpenSubdiv")
+            ->check(CLI::IsMember({"multisided", "catmark"}))
+            ->capture_default_str();
+    }
+    void out(CLI::App* sub, const std::string& help) {
+        sub->add_option("--out", options.out, help)->required()->take_last();
+    }
+    void rate(CLI::App* sub, int least) {
+        sub->add_option("--rate", options.rate, "segments of each mesh edge")
+            ->check(CLI::Range(least, 1024))
+            ->capture_default_str();
+    }
+};
+
+void define(Parser& p) {
+    p.app.require_subcommand(1);
+
+    CLI::App* info =
+        p.add("info", "what a mesh holds and which patches it takes", osdx::info_command);
+    p.mesh(info);
+    p.degree(info);
+
+    CLI::App* subdivide =
+        p.add("subdivide", "refine a mesh uniformly", osdx::subdivide_command);
+    p.mesh(subdivide);
+    p.degree(subdivide);
+    subdivide->add_option("--levels", p.options.levels, "refinement steps")
+        ->check(CLI::Range(0, 12))
+        ->capture_default_str();
+    p.out(subdivide, "the refined mesh: OBJ, OFF or PLY");
+
+    CLI::App* patch =
+        p.add("patch", "evaluate one patch from its control net", osdx::patch_command);
+    patch->add_option("NET", p.options.input, "a JSON file: kind, n, d, control, samples")
+        ->required();
+    p.out(patch, "the samples with their derivatives: JSON");
+
+    CLI::App* eval = p.add("eval", "evaluate points of a surface", osdx::eval_command);
+    p.mesh(eval);
+    p.degree(eval);
+    p.patch(eval);
+    eval->add_option("--at", p.options.at, "CSV with the header face,u,v")->required();
+    p.out(eval, "CSV: position, derivatives, normal, curvatures");
+
+    CLI::App* tessellate =
+        p.add("tessellate", "a watertight mesh of the surface", osdx::tessellate_command);
+    p.mesh(tessellate);
+    p.degree(tessellate);
+    p.patch(tessellate);
+    p.rate(tessellate, 1);
+    p.out(tessellate, "OBJ, PLY, STL or GLB");
+
+    CLI::App* compare =
+        p.add("compare", "distance to the Catmull-Clark limit, and continuity",
+              osdx::compare_command);
+    p.mesh(compare);
+    p.degree(compare);
+    p.patch(compare);
+    p.rate(compare, 2);
+    compare->add_option("--images", p.options.images, "a folder for pictures");
+    compare
+        ->add_option("--isolation", p.options.isolation,
+                     "refinement of the limit surface at irregular points")
+        ->check(CLI::Range(1, osdx::LimitSurface::kMaxIsolation - 2))
+        ->capture_default_str();
+
+    CLI::App* render =
+        p.add("render", "a picture traced by Embree", osdx::render_command);
+    p.mesh(render);
+    p.degree(render);
+    p.patch(render);
+    p.out(render, "a PNG file");
+    std::vector<int> size;
+    render
+        ->add_option_function<std::vector<int>>(
+            "--size",
+            [&p](const std::vector<int>& wh) {
+                p.options.width = wh[0];
+                p.options.height = wh[1];
+            },
+            "width and height in pixels")
+        ->expected(2)
+        ->check(CLI::Range(16, 16384));
+    render->add_option("--shade", p.options.shade, "what the colours show")
+        ->check(CLI::IsMember(
+            {"phong", "normals", "reflection", "mean", "gauss", "patches", "distance"}))
+        ->capture_default_str();
+    render->add_option("--range", p.options.range,
+                       "end of the colour scale for mean, gauss and distance");
+    render->add_option("--azimuth", p.options.azimuth, "of the camera, in degrees")
+        ->capture_default_str();
+    render->add_option("--elevation", p.options.elevation, "of the camera, in degrees")
+        ->capture_default_str();
+
+    CLI::App* demo = p.add("demo", "the whole job on a bundled mesh, with pictures",
+                           osdx::demo_command);
+    p.options.out = "demo";
+    demo->add_option("--out", p.options.out, "the folder for its files")
+        ->take_last()
+        ->capture_default_str();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    Parser parser;
+    define(parser);
+    try {
+        parser.app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        return parser.app.exit(e) == 0 ? 0 : kBadUsage;
+    }
+    try {
+        const osdx::Status status = parser.command(parser.options);
+        if (!status) {
+            fmt::print(stderr, "osdx: {}\n", status.error().message);
+            return kBadInput;
+        }
+    } catch (const std::exception& e) {  // out of memory, or a folder that is not there
+        fmt::print(stderr, "osdx: {}\n", e.what());
+        return kBadInput;
+    }
+    return 0;
+}
