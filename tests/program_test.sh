@@ -8,8 +8,8 @@
 
 set -uo pipefail
 
-osdx=$1
-data=$2
+osdx=$(realpath "$1")
+data=$(realpath "$2")
 dir=$(mktemp -d)
 trap 'rm -rf "$dir"' EXIT
 cd "$dir" || exit 1

@@ -1,17 +1,25 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
+#include <osd_ext/export.h>
+#include <osd_ext/surface.h>
+
 #include <cstdio>
 
-#include "far/mesh_data.h"
-#include "far/result.h"
+int main(int, char** argv) {
+    const auto mesh = osdx::read_mesh(argv[1]);
+    if (!mesh)
+        return std::puts(mesh.error().message.c_str()), 1;
 
-int main() {
-    const osdx::Result<osdx::MeshData> mesh = osdx::read_mesh("no_such_file.obj");
-    if (mesh || mesh.error().code != osdx::ErrorCode::FileUnreadable) {
-        std::puts("read_mesh did not report the missing file");
-        return 1;
-    }
-    std::printf("as expected: %s\n", mesh.error().message.c_str());
-    return 0;
+    const auto surface = osdx::Surface::build(*mesh, {.degree = 5});
+    if (!surface)
+        return std::puts(surface.error().message.c_str()), 1;
+
+    const auto jet = surface->evaluate({.face = 0, .u = 0.25, .v = 0.75});
+    const auto n = osdx::normal(jet);
+    std::printf("p = (%g, %g, %g), n = (%g, %g, %g), mean curvature %g\n", jet.p.x, jet.p.y,
+                jet.p.z, n.x, n.y, n.z, osdx::curvature(jet).mean);
+
+    const auto written = osdx::write_tessellation("surface.ply", surface->tessellate(8));
+    return written ? 0 : 1;
 }

@@ -1,12 +1,14 @@
 # Copyright 2026 The osdx authors.
 # SPDX-License-Identifier: Apache-2.0
 
-# Installs a build to a scratch prefix, then configures, builds and runs a program that
-# finds osdx there.
+# Installs a build to a scratch prefix, then configures, builds and runs the program of the
+# README, which finds osdx there.
 #
-# cmake -DBUILD_DIR=dir -DSOURCE_DIR=dir -P run.cmake
+# cmake -DBUILD_DIR=dir -DSOURCE_DIR=dir -DREADME=file -DMESH=file -P run.cmake
 #   BUILD_DIR   a finished build
 #   SOURCE_DIR  the folder of the consumer, this one
+#   README      shows main.cpp below its head
+#   MESH        what the program reads
 
 cmake_minimum_required(VERSION 3.22)
 
@@ -18,6 +20,15 @@ foreach(name CMAKE_GENERATOR CMAKE_BUILD_TYPE CMAKE_CXX_COMPILER CMAKE_CXX_FLAGS
     string(REPLACE "\\;" ";" line "${line}")
     string(REGEX REPLACE "^[^=]*=(.*)" "\\1" ${name} "${line}")
 endforeach()
+
+file(READ ${README} readme)
+file(READ ${SOURCE_DIR}/main.cpp program)
+string(FIND "${program}" "#include" start)
+string(SUBSTRING "${program}" ${start} -1 program)
+string(FIND "${readme}" "${program}" found)
+if(found EQUAL -1)
+    message(FATAL_ERROR "${README} does not show ${SOURCE_DIR}/main.cpp")
+endif()
 
 set(scratch ${BUILD_DIR}/install_test)
 set(or_fail COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
@@ -32,4 +43,8 @@ execute_process(
             "-DCMAKE_PREFIX_PATH=${scratch}/prefix;${CMAKE_PREFIX_PATH}"
     ${or_fail})
 execute_process(COMMAND ${CMAKE_COMMAND} --build ${scratch}/build ${or_fail})
-execute_process(COMMAND ${scratch}/build/consumer ${or_fail})
+execute_process(
+    COMMAND ${scratch}/build/consumer ${MESH} WORKING_DIRECTORY ${scratch} ${or_fail})
+if(NOT EXISTS ${scratch}/surface.ply)
+    message(FATAL_ERROR "The program wrote no surface.ply")
+endif()
