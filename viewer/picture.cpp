@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <map>
 #include <numbers>
@@ -60,9 +61,9 @@ const std::array<Vec, 7> kDiverging = {{{24, 48, 128},
                                         {240, 158, 128},
                                         {200, 66, 62},
                                         {128, 12, 38}}};
-/// Dark violet, teal, yellow: lightness grows evenly.
+/// White, green, blue, violet: darker with distance, so that the form shows where it is 0.
 const std::array<Vec, 5> kSequential = {
-    {{68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}}};
+    {{246, 246, 240}, {186, 221, 142}, {58, 168, 142}, {46, 98, 152}, {62, 16, 92}}};
 
 Vec group_color(PatchKind kind, int n_sides, int level) noexcept {
     static const std::array<Vec, 5> regular = {{{214, 216, 220},
@@ -193,7 +194,7 @@ UnitFrame unit_frame(std::span<const Vec> points) {
     return {0.5 * lo + 0.5 * hi, diagonal > 0 ? diagonal : 1};
 }
 
-/// An even number of segments on each edge of the base mesh, for facets of about 3 pixels:
+/// An even number of segments on each edge of the base mesh, for facets of about 4 pixels:
 /// their silhouette is within a few hundredths of a pixel of the true one.
 int choose_rate(const Topology& base, const Tessellation& coarse, int coarse_rate,
                 const Camera& camera) {
@@ -210,7 +211,7 @@ int choose_rate(const Topology& base, const Tessellation& coarse, int coarse_rat
     }
     // rate^2 / 2 triangles for each corner of a face.
     const double most = std::sqrt(2 * 1.5e6 / base.n_halfedges());
-    const double rate = std::min(coarse_rate * longest / 3, most);
+    const double rate = std::min(coarse_rate * longest / 4, most);
     return std::max(2 * static_cast<int>(rate / 2), 2);
 }
 
@@ -232,15 +233,19 @@ double radical_inverse(std::uint32_t i) noexcept {
 /// How much light of an even sky arrives at a point: the part of `n_rays` rays about the
 /// normal that meets nothing within `reach`.
 double openness(const RayScene& scene, const Vec& p, const Vec& n, int n_rays,
-                double reach, std::uint32_t seed) {
+                double reach, std::size_t seed) {
     const Vec helper = std::abs(n.z) < 0.9 ? Vec(0, 0, 1) : Vec(1, 0, 0);
     const Vec s = glm::normalize(glm::cross(helper, n)), t = glm::cross(n, s);
+    // Rotated so that points with neighbouring seeds complement each other: multiples of
+    // powers of the plastic number's inverse (Roberts' R2 sequence).
+    const Vec2<double> shift(glm::fract(0.7548776662466927 * double(seed)),
+                             glm::fract(0.5698402909980532 * double(seed)));
     // Off the surface by more than the facets are off it.
     const Vec3<float> origin(p + 5e-4 * n);
     int n_free = 0;
     for (int i = 0; i < n_rays; ++i) {
-        const double r2 = (i + hash_to_unit(2 * seed)) / n_rays;
-        const double turns = radical_inverse(i) + hash_to_unit(2 * seed + 1);
+        const double r2 = (i + shift.x) / n_rays;
+        const double turns = radical_inverse(i) + shift.y;
         const double angle = 2 * std::numbers::pi * turns;
         const Vec d = std::sqrt(r2) * (std::cos(angle) * s + std::sin(angle) * t) +
                       std::sqrt(1 - r2) * n;
@@ -259,14 +264,14 @@ std::vector<double> all_openness(const RayScene& scene, const Tessellation& t,
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n, 256), [&](const auto& range) {
         for (std::size_t i = range.begin(); i < range.end(); ++i) {
             const Vec normal = inside_out ? -t.normals[i] : t.normals[i];
-            open[i] = normal == Vec(0) ? 1
-                                       : openness(scene, t.positions[i], normal, n_rays,
-                                                  0.35, static_cast<std::uint32_t>(i));
+            open[i] = normal == Vec(0)
+                          ? 1
+                          : openness(scene, t.positions[i], normal, n_rays, 0.35, i);
         }
     });
     // Few rays are noisy; ten passes average over some thirty points.
     std::vector<double> sum(n), weight(n);
-    for (int pass = 0; pass < 10; ++pass) {
+    for (int pass = 0; pass < 40; ++pass) {
         for (std::size_t i = 0; i < n; ++i) {
             sum[i] = 2 * open[i];
             weight[i] = 2;
@@ -314,7 +319,7 @@ public:
                 p[(up + 2) % 3] += j * step_[(up + 2) % 3];
                 shade_[j * kSize + i] =
                     1 - openness(scene, p, normal, 48, 1.0,
-                                 static_cast<std::uint32_t>(j * kSize + i));
+                                 static_cast<std::size_t>(j * kSize + i));
             }
         });
         for (int pass = 0; pass < 4; ++pass)
@@ -556,7 +561,7 @@ private:
         return color_map(kDiverging, 0.5 + 0.5 * v / range_);
     }
 
-    /// Rounded up to two digits, so that the legend can tell it.
+    /// Rounded up to two digits, the second even: the legend tells it and its half.
     double choose_range() const {
         if (!has_map())
             return 1;
@@ -588,7 +593,7 @@ private:
         // Below this the curvature of a plane is rounding, and so is a distance.
         const double least = o_.shade == Shade::Distance ? 1e-15 : 1e-6;
         const double range = std::max(*at, least);
-        const double unit = std::pow(10, std::floor(std::log10(range)) - 1);
+        const double unit = std::pow(10, std::floor(std::log10(range)) - 1) * 2;
         return unit * std::ceil(range / unit * (1 - 1e-9));
     }
 
@@ -635,14 +640,14 @@ private:
             double wrap;  // reaches so far round the edge of the shadow
         };
         const Light lights[] = {
-            {towards(-0.55, 0.7, 0.6), {0.80, 0.77, 0.72}, 0.15},  // key
+            {towards(-0.55, 0.7, 0.6), {0.84, 0.81, 0.76}, 0.15},  // key
             {towards(0.9, 0.1, 0.5), {0.16, 0.18, 0.22}, 0.4},     // fill
             {towards(0.35, 0.6, -0.75), {0.30, 0.32, 0.36}, 0.1},  // rim
         };
         const Vec albedo(0.74, 0.69, 0.63);
         const double open = hit.open;
         const double sky = 0.5 + 0.5 * hit.normal[static_cast<int>(o_.up)];
-        Vec light = open * glm::mix(Vec(0.13, 0.12, 0.11), Vec(0.26, 0.28, 0.31), sky);
+        Vec light = open * glm::mix(Vec(0.12, 0.11, 0.10), Vec(0.22, 0.24, 0.27), sky);
         double shine = 0;
         for (const Light& l : lights) {
             const double cosine = glm::dot(hit.normal, l.direction);
@@ -651,9 +656,9 @@ private:
             const Vec half = glm::normalize(l.direction - hit.direction);
             const double h = std::max(0.0, glm::dot(hit.normal, half));
             if (cosine > 0)
-                shine += l.color.x * std::pow(h, 45) * std::min(1.0, 8 * cosine);
+                shine += l.color.x * std::pow(h, 40) * std::min(1.0, 8 * cosine);
         }
-        return albedo * light + 0.16 * open * shine;
+        return albedo * light + 0.22 * open * shine;
     }
 
     /// Enough to see the form, little enough to read colours: 1 where it faces the eye.
@@ -695,7 +700,7 @@ private:
     /// Light tubes all round, parallel to one axis: black and white by the angle of the
     /// mirrored ray about the axis, averaged over the sample.
     Vec tubes(const Hit& hit) const {
-        constexpr int n_tubes = 36;
+        constexpr int n_tubes = 16;
         const Vec axis = towards(1, 0.35, 0), x_axis = towards(0, 0, 1),
                   y_axis = glm::cross(axis, x_axis);
         const Vec r = glm::reflect(hit.direction, hit.normal);
@@ -771,7 +776,7 @@ private:
                                         ? "Gauss curvature x diagonal^2"
                                         : "distance / diagonal";
         centred(image, 0.5 * o_.width, y0 - line + s, caption);
-        constexpr int n_ticks = 5;
+        const int n_ticks = signed_values ? 5 : 3;
         for (int i = 0; i < n_ticks; ++i) {
             const double f = double(i) / (n_ticks - 1), x = x0 + f * length;
             fill_box(image, {x - 0.5 * s, y0 + 8 * s, x + 0.5 * s, y0 + 10 * s}, kInk);

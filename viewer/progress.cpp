@@ -30,6 +30,13 @@ void Progress::stage(std::string name) {
     name_ = std::move(name);
 }
 
+void Progress::print(const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    wipe();
+    std::fwrite(text.data(), 1, text.size(), stdout);
+    std::fflush(stdout);
+}
+
 void Progress::run() {
     using namespace std::chrono_literals;
     std::unique_lock lock(mutex_);
@@ -40,10 +47,18 @@ void Progress::run() {
             std::chrono::steady_clock::now() - start_;
         fmt::print(stderr, "\r\x1b[K{} ... {:.1f} s", name_, elapsed.count());
         std::fflush(stderr);
+        shown_ = true;
         wake_.wait_for(lock, 200ms, [this] { return done_; });
     }
-    fmt::print(stderr, "\r\x1b[K");
-    std::fflush(stderr);
+    wipe();
+}
+
+void Progress::wipe() {
+    if (shown_) {
+        fmt::print(stderr, "\r\x1b[K");
+        std::fflush(stderr);
+    }
+    shown_ = false;
 }
 
 }  // namespace osdx

@@ -23,14 +23,19 @@ public:
     /// The next stage, in the form "measuring distances".
     void stage(std::string name);
 
+    /// Prints on stdout, above the line.
+    void print(const std::string& text);
+
 private:
     void run();
+    void wipe();
 
     std::chrono::steady_clock::time_point start_;
     std::mutex mutex_;
     std::condition_variable wake_;
     std::string name_ = "starting";
     bool done_ = false;
+    bool shown_ = false;  ///< the line is on the terminal now
     std::thread thread_;  // last: it uses the others
 };
 

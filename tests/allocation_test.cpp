@@ -1,0 +1,77 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "osd_ext/surface.h"
+#include "tests/test_meshes.h"
+
+namespace {
+std::atomic<long> n_allocations = 0;
+}
+
+// Every allocation of this program is counted; aligned ones do not occur in a query either.
+void* operator new(std::size_t size) {
+    ++n_allocations;
+    if (void* p = std::malloc(size))
+        return p;
+    throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept {
+    std::free(p);
+}
+void operator delete(void* p, std::size_t) noexcept {
+    std::free(p);
+}
+
+namespace osdx {
+namespace {
+
+TEST(Queries, DoNotAllocate) {
+    for (const int degree : {2, 3, 4, 9}) {
+        for (const int valence : {5, 360}) {
+            const auto s = Surface::build(pole(valence), {.degree = degree});
+            ASSERT_TRUE(s) << s.error().message;
+            const Evaluator& e = s->evaluator();
+            const std::vector<Vec3<float>> floats(s->points().begin(), s->points().end());
+            std::vector<double> channels(std::size_t(s->patches().n_points()) * 5, 1.0);
+            std::vector<double> out(5 * n_derivatives(2));
+            int most = 0;
+            for (Index i = 0; i < s->patches().n_patches(); ++i)
+                most = std::max(most, s->patches().class_of(i).n_points());
+            std::vector<double> weights(std::size_t(most) * n_derivatives(2));
+
+            const long before = n_allocations;
+            double sum = 0;
+            const Index step = std::max<Index>(1, s->base().n_faces() / 50);
+            for (Index f = 0; f < s->base().n_faces(); f += step) {
+                const Address at{f, 0.3, 0.8};
+                const PatchPoint p = s->patches().locate(at);
+                sum += s->evaluate(at).p.x + s->evaluate(at, Chart::Native).du.x;
+                sum += e.evaluate<float>(std::span<const Vec3<float>>(floats), at).p.x;
+                e.evaluate_channels<double>(channels, 5, p, 2, Chart::BaseUV, out);
+                const auto n =
+                    static_cast<std::size_t>(s->patches().class_of(p.patch).n_points());
+                e.weights(p, 2, Chart::BaseUV,
+                          std::span(weights).first(n * n_derivatives(2)));
+            }
+            EXPECT_EQ(n_allocations, before) << "degree " << degree << ", " << valence;
+            EXPECT_TRUE(std::isfinite(sum));
+        }
+    }
+}
+
+// The counter works.
+TEST(Queries, AllocationsAreCounted) {
+    const long before = n_allocations;
+    const auto p = std::make_unique<std::vector<int>>(100);
+    EXPECT_EQ(n_allocations, before + 2);
+    EXPECT_EQ(p->size(), 100u);
+}
+
+}  // namespace
+}  // namespace osdx
