@@ -313,22 +313,23 @@ Status compare_command(const CommandOptions& options) {
     };
     if (const Status s = write_report(options, report); !s)
         return s;
-    fmt::print("patches (degree {}): {}\n", options.degree,
-               patch_summary(job->surface.patches()));
-    fmt::print(
+    progress.print(fmt::format("patches (degree {}): {}\n", options.degree,
+                               patch_summary(job->surface.patches())));
+    progress.print(fmt::format(
         "distance to the Catmull-Clark limit, over the bounding-box diagonal: max "
         "{:.3e}, rms "
         "{:.3e}\n",
-        m->limit.distance_max, m->limit.distance_rms);
-    fmt::print("  (limit of OpenSubdiv at isolation {}, itself within {:.1e})\n",
-               options.isolation, *error);
-    fmt::print("angle to its normals: max {:.3f}, rms {:.3f} degrees\n",
-               m->limit.normal_deg_max, m->limit.normal_deg_rms);
-    fmt::print(
+        m->limit.distance_max, m->limit.distance_rms));
+    progress.print(
+        fmt::format("  (limit of OpenSubdiv at isolation {}, itself within {:.1e})\n",
+                    options.isolation, *error));
+    progress.print(fmt::format("angle to its normals: max {:.3f}, rms {:.3f} degrees\n",
+                               m->limit.normal_deg_max, m->limit.normal_deg_rms));
+    progress.print(fmt::format(
         "across patch edges: gap {:.1e} of the diagonal, normal jump {:.1e} degrees, "
         "curvature "
         "jump {:.1e} of the largest\n",
-        c.gap_max, c.normal_jump_deg_max, c.curvature_jump_max);
+        c.gap_max, c.normal_jump_deg_max, c.curvature_jump_max));
     return ok();
 }
 
@@ -385,12 +386,12 @@ Status demo_command(const CommandOptions& options) {
         return s;
 
     Progress progress;
-    fmt::print(
+    progress.print(fmt::format(
         "\nDistance to the Catmull-Clark limit and joins of the patches, by degree\n"
         "(lengths over the bounding-box diagonal, angles in degrees):\n\n"
         "{:>6} {:>8} {:>11} {:>11} {:>11} {:>9} {:>9} {:>9}  {}\n",
         "degree", "patches", "distance", "rms", "normal rms", "gap", "normal",
-        "curvature", "multisided");
+        "curvature", "multisided"));
     std::optional<LimitSurface> limit;
     Json table = Json::array();
     for (int degree = 2; degree <= 7; ++degree) {
@@ -412,12 +413,11 @@ Status demo_command(const CommandOptions& options) {
         std::string multisided;
         for (const auto& [n, k] : counts[degree % 2 ? "ev" : "ef"].items())
             multisided += fmt::format(" {}({})", k.get<Index>(), n);
-        fmt::print(
+        progress.print(fmt::format(
             "{:>6} {:>8} {:>11.2e} {:>11.2e} {:>11.3f} {:>9.1e} {:>9.1e} {:>9.1e} {}\n",
             degree, patches.n_patches(), m->limit.distance_max, m->limit.distance_rms,
             m->limit.normal_deg_rms, c.gap_max, c.normal_jump_deg_max,
-            c.curvature_jump_max, multisided);
-        std::fflush(stdout);
+            c.curvature_jump_max, multisided));
         table.push_back({{"degree", degree},
                          {"patches", counts},
                          {"distance_max", m->limit.distance_max},
@@ -443,7 +443,7 @@ Status demo_command(const CommandOptions& options) {
         !s)
         return s;
 
-    fmt::print("\nwrote {}\n", glb.string());
+    progress.print(fmt::format("\nwrote {}\n", glb.string()));
     auto built = LimitSurface::build(job->surface.base(), job->mesh.positions);
     if (!built)
         return in_file(built.error(), own.input);
@@ -453,7 +453,7 @@ Status demo_command(const CommandOptions& options) {
         const auto file = options.out / (name + ".png");
         const Status s = write_picture(input, {}, shade, file);
         if (s)
-            fmt::print("wrote {}\n", file.string());
+            progress.print(fmt::format("wrote {}\n", file.string()));
         return s;
     };
     PictureInput input = job_picture(*job);
