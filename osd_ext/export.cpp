@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdint>
 #include <fstream>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <iterator>
 #include <limits>
@@ -66,7 +67,7 @@ public:
 
 private:
     void flush_if_full() {
-        constexpr std::size_t kBlock = 1 << 16;  // far above the cost of a call
+        constexpr std::size_t kBlock = 1 << 16;  // thousands of numbers for one call
         if (buffer_.size() >= kBlock)
             flush();
     }
@@ -108,9 +109,10 @@ Status check_shapes(const Tessellation& t) {
     }
     const auto worst = std::ranges::max_element(t.facet_points);
     if (*worst >= t.positions.size()) {
-        return fail(ErrorCode::IndexOutOfRange,
-                    fmt::format("a facet names point {}, but there are {}", *worst,
-                                t.positions.size()));
+        return fail(
+            ErrorCode::IndexOutOfRange,
+            fmt::format("corner {} of the facets names point {}, but there are {}",
+                        worst - t.facet_points.begin(), *worst, t.positions.size()));
     }
     return ok();
 }
@@ -179,11 +181,11 @@ bool is_word(std::string_view text) {
 Status check_obj(const MeshData& mesh) {
     if (Status status = check_shapes(mesh); !status)
         return status;
-    for (const Tag& tag : mesh.tags) {
+    for (std::size_t i = 0; i < mesh.tags.size(); ++i) {
+        const Tag& tag = mesh.tags[i];
         if (!is_word(tag.name) || !std::ranges::all_of(tag.text, is_word)) {
-            return fail(
-                ErrorCode::WriteFailed,
-                fmt::format("tag '{}' has a text that is not one word", tag.name));
+            return fail(ErrorCode::WriteFailed,
+                        fmt::format("tag {} has a text that is not one word", i));
         }
     }
     return ok();
