@@ -8,13 +8,34 @@
 namespace osdx {
 namespace {
 
-/// Rows of split(t): vertices stay, edges and faces take the middle.
-StencilTable split_stencils(const Topology& t) {
-    StencilTable s;
-    for (Index v = 0; v < t.n_vertices(); ++v) {
-        s.add(v, 1.0);
+/// Appends a row per face: the centroid of its vertices.
+void add_face_centroids(const Topology& t, StencilTable& s) {
+    for (Index f = 0; f < t.n_faces(); ++f) {
+        const double w = 1.0 / t.face_size(f);
+        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
+            s.add(t.vertex[h], w);
         s.end_row();
     }
+}
+
+StencilTable face_centroids(const Topology& t) {
+    StencilTable s;
+    add_face_centroids(t, s);
+    return s;
+}
+
+StencilTable identity(Index n) {
+    StencilTable s;
+    for (Index i = 0; i < n; ++i) {
+        s.add(i, 1.0);
+        s.end_row();
+    }
+    return s;
+}
+
+/// Rows of split(t): vertices stay, edges and faces take the middle.
+StencilTable split_stencils(const Topology& t) {
+    StencilTable s = identity(t.n_vertices());
     std::vector<Index> halfedge(t.n_edges);
     for (Index h = 0; h < t.n_halfedges(); ++h)
         halfedge[t.edge[h]] = h;
@@ -23,24 +44,7 @@ StencilTable split_stencils(const Topology& t) {
         s.add(t.to_vertex(h), 0.5);
         s.end_row();
     }
-    for (Index f = 0; f < t.n_faces(); ++f) {
-        const double w = 1.0 / t.face_size(f);
-        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
-            s.add(t.vertex[h], w);
-        s.end_row();
-    }
-    return s;
-}
-
-/// A row per face: the centroid of its vertices.
-StencilTable face_centroids(const Topology& t) {
-    StencilTable s;
-    for (Index f = 0; f < t.n_faces(); ++f) {
-        const double w = 1.0 / t.face_size(f);
-        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
-            s.add(t.vertex[h], w);
-        s.end_row();
-    }
+    add_face_centroids(t, s);
     return s;
 }
 
@@ -162,11 +166,7 @@ std::vector<StencilTable> Refinement::stencils(
 
     // Forwards: the product, level by level.
     const Index n_base = levels_[0].topology.n_vertices();
-    StencilTable product;
-    for (Index v = 0; v < n_base; ++v) {
-        product.add(v, 1.0);
-        product.end_row();
-    }
+    StencilTable product = identity(n_base);
     std::vector<StencilTable> result;
     for (std::size_t l = 1; l < levels_.size(); ++l) {
         for (std::size_t f = 0; f < levels_[l].factors.size(); ++f)
@@ -184,12 +184,7 @@ StencilTable Refinement::stencils() const {
     auto tables = stencils(std::move(wanted));
     if (!tables.empty())
         return std::move(tables.back());
-    StencilTable identity;
-    for (Index v = 0; v < levels_[0].topology.n_vertices(); ++v) {
-        identity.add(v, 1.0);
-        identity.end_row();
-    }
-    return identity;
+    return identity(levels_[0].topology.n_vertices());
 }
 
 }  // namespace osdx
