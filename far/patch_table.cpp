@@ -51,7 +51,7 @@ public:
             if (!refine())
                 break;
         }
-        make_stencils();
+        place_points();
         table_.n_levels_ = refinement_.n_levels();
         return std::move(table_);
     }
@@ -83,8 +83,6 @@ private:
         for (Index v = 0; !odd() && v < t.n_vertices(); ++v)
             active_[v] = t.vertex_halfedge[v] != kInvalidIndex;
         point_of_.assign(t.n_vertices(), kInvalidIndex);
-        for (Index v = 0; v < t.n_vertices(); ++v)
-            point_of_[v] = v;
     }
 
     void note_irregular() {
@@ -408,37 +406,36 @@ private:
 
     // ------------------------------------------------------------------ points
 
-    /// The number of a vertex of this level among the control points.
+    /// The number of a vertex of this level among those that patches use; place_points()
+    /// turns it into the place of its point.
     Index point(Index vertex) {
         Index& p = point_of_[vertex];
         if (p == kInvalidIndex) {
-            p = table_.n_base_points_ + static_cast<Index>(refined_.size());
-            refined_.emplace_back(level_, vertex);
+            p = static_cast<Index>(used_.size());
+            used_.emplace_back(level_, vertex);
         }
         return p;
     }
 
-    void make_stencils() {
+    void place_points() {
         std::vector<std::vector<bool>> wanted;
         for (int l = 0; l < refinement_.n_levels(); ++l)
             wanted.emplace_back(refinement_.topology(l).n_vertices(), false);
-        for (const auto& [level, vertex] : refined_)
+        for (const auto& [level, vertex] : used_)
             wanted[level][vertex] = true;
-        const std::vector<StencilTable> rows = refinement_.stencils(std::move(wanted));
-        for (const auto& [level, vertex] : refined_) {
-            const StencilTable& from = rows[level - 1];
-            for (std::size_t k = from.offsets[vertex]; k < from.offsets[vertex + 1]; ++k)
-                table_.refined_points_.add(from.indices[k], from.weights[k]);
-            table_.refined_points_.end_row();
+        Refinement::Chain chain = refinement_.chain(std::move(wanted));
+        for (Index& p : table_.points_) {
+            const auto& [level, vertex] = used_[p];
+            p = chain.place[level][vertex];
         }
+        table_.refined_points_ = std::move(chain.rows);
     }
 
     int degree_;
     Refinement refinement_;
     PatchTable table_;
     std::map<PatchClass, Index> class_index_;
-    std::vector<std::pair<int, Index>>
-        refined_;  // level and vertex of each refined point
+    std::vector<std::pair<int, Index>> used_;  // level, vertex of each control point
 
     int level_ = 0;
     std::vector<bool> regular_;    // per vertex of this level: valence 4

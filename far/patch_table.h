@@ -48,8 +48,8 @@ struct Cell {
 /// are cells of patches. So every point of a face lies in one patch, and patches of any
 /// levels may meet.
 ///
-/// A point index below n_base_points() is a vertex of the base mesh; the others are
-/// control points of refined meshes, fixed affine combinations (stencils) of base vertices.
+/// A point index below n_base_points() is a vertex of the base mesh; the others are points
+/// of refined meshes, fixed affine combinations (stencils) of the points before them.
 ///
 /// Threads: const members may run at the same time.
 class PatchTable {
@@ -65,15 +65,20 @@ public:
     const PatchClass& class_of(Index patch) const noexcept {
         return classes_[patches_[patch].patch_class];
     }
-    /// Stencils of the points from n_base_points() on, over the base points.
+    /// Stencils of the points from n_base_points() on, each over the points before it.
     const StencilTable& refined_points() const noexcept { return refined_points_; }
 
     /// The first n_base_points() of `points` are the base positions; fills the others.
     /// \pre points.size() == n_points()
-    template <class V>
-    void refresh_points(std::span<V> points) const noexcept {
-        refined_points_.apply(std::span<const V>(points.first(n_base_points_)),
-                              points.subspan(n_base_points_));
+    template <class T>
+    void refresh_points(std::span<Vec3<T>> points) const noexcept {
+        refresh_channels(3, std::span(&points.data()->x, 3 * points.size()));
+    }
+    /// The same for values of any number of channels, stored one point after the other.
+    /// \pre values.size() == n_points() n_channels
+    template <class T>
+    void refresh_channels(int n_channels, std::span<T> values) const noexcept {
+        refined_points_.extend(n_base_points_, n_channels, values);
     }
 
     /// The patch under a point; addresses out of range are clamped (see to_quarter).

@@ -4,6 +4,7 @@
 #include "far/refine.h"
 
 #include <cassert>
+#include <numeric>
 
 namespace osdx {
 namespace {
@@ -60,22 +61,32 @@ StencilTable vertex_averages(const Topology& t) {
 }
 
 /// v' = (n-3)/n v + 2/n avg(edge neighbours) + 1/n avg(face-diagonal neighbours), on quads.
-StencilTable odd_smoothing(const Topology& quads) {
+///
+/// Right after split(parent), the vertices of edges become the average of their edge
+/// neighbours, as in Catmull-Clark: the same between quads, but not next to other faces.
+/// \param parent  null for the later smoothings
+StencilTable odd_smoothing(const Topology& quads, const Topology* parent) {
     StencilTable s;
+    const Index first_edge = parent ? parent->n_vertices() : 0;
+    const Index end_edge = parent ? first_edge + parent->n_edges : 0;
     for (Index v = 0; v < quads.n_vertices(); ++v) {
         const Index n = quads.valence(v);
-        if (n == 0) {
-            s.add(v, 1.0);
-            s.end_row();
-            continue;
+        const bool of_edge = v >= first_edge && v < end_edge;
+        double own = (double(n) - 3) / n;
+        double beside = 2.0 / (double(n) * n), diagonal = 1.0 / (double(n) * n);
+        if (of_edge) {
+            own = diagonal = 0;
+            beside = 0.25;
+        } else if (n == 0) {
+            own = 1;
         }
-        const double w = 1.0 / (double(n) * n);
-        if (n != 3)
-            s.add(v, (double(n) - 3.0) / n);
+        if (own != 0)
+            s.add(v, own);
         quads.for_each_outgoing(v, [&](Index h) {
             const Index to = quads.next(h);
-            s.add(quads.vertex[to], 2.0 * w);
-            s.add(quads.vertex[quads.next(to)], w);
+            s.add(quads.vertex[to], beside);
+            if (diagonal != 0)
+                s.add(quads.vertex[quads.next(to)], diagonal);
         });
         s.end_row();
     }
@@ -85,10 +96,11 @@ StencilTable odd_smoothing(const Topology& quads) {
 RefinedLevel refine_odd(const Topology& parent, int degree) {
     RefinedLevel level;
     level.topology = split(parent);
-    level.factors.push_back(split_stencils(parent));
-    if (degree >= 3) {
-        const StencilTable smoothing = odd_smoothing(level.topology);
-        level.factors.insert(level.factors.end(), (degree - 1) / 2, smoothing);
+    level.factors.push_back(compose(odd_smoothing(level.topology, &parent),
+                                    split_stencils(parent), parent.n_vertices()));
+    if (degree >= 5) {
+        const StencilTable smoothing = odd_smoothing(level.topology, nullptr);
+        level.factors.insert(level.factors.end(), (degree - 3) / 2, smoothing);
     }
     return level;
 }
@@ -98,8 +110,8 @@ RefinedLevel refine_even(const Topology& parent, int degree, bool parent_is_base
     const Topology quads = split(parent);
     std::vector<Index> map;
     level.topology = dual(quads, &map);
-    level.factors.push_back(split_stencils(parent));
-    level.factors.push_back(face_centroids(quads));
+    level.factors.push_back(
+        compose(face_centroids(quads), split_stencils(parent), parent.n_vertices()));
     if (degree >= 4) {
         const StencilTable to_faces = face_centroids(level.topology);
         const StencilTable to_vertices = vertex_averages(level.topology);
@@ -140,51 +152,63 @@ std::vector<Vec3<double>> Refinement::points(std::span<const Vec3<double>> base)
     return in;
 }
 
-std::vector<StencilTable> Refinement::stencils(
-    std::vector<std::vector<bool>> wanted) const {
+StencilTable Refinement::stencils() const {
+    const Index n_base = levels_[0].topology.n_vertices();
+    StencilTable product = identity(n_base);
+    for (const RefinedLevel& level : levels_) {
+        for (const StencilTable& factor : level.factors)
+            product = compose(factor, product, n_base);
+    }
+    return product;
+}
+
+Refinement::Chain Refinement::chain(std::vector<std::vector<bool>> wanted) const {
     // Backwards: the rows of each factor that the rows after it read.
-    std::vector<std::vector<std::vector<bool>>> rows(levels_.size());
+    std::vector<std::vector<std::vector<bool>>> needed(levels_.size());
     for (std::size_t l = levels_.size(); l-- > 1;) {
         const auto& factors = levels_[l].factors;
-        rows[l].resize(factors.size());
-        std::vector<bool> need = wanted[l];
+        needed[l].resize(factors.size());
+        std::vector<bool> rows = wanted[l];
         for (std::size_t f = factors.size(); f-- > 0;) {
             const StencilTable& factor = factors[f];
             std::vector<bool> inputs =
-                f > 0 ? std::vector<bool>(factors[f - 1].n_rows(), false) : wanted[l - 1];
+                f > 0 ? std::vector<bool>(factors[f - 1].n_rows(), false)
+                      : std::move(wanted[l - 1]);
             for (Index r = 0; r < factor.n_rows(); ++r) {
-                if (!need[r])
+                if (!rows[r])
                     continue;
                 for (std::size_t k = factor.offsets[r]; k < factor.offsets[r + 1]; ++k)
                     inputs[factor.indices[k]] = true;
             }
-            rows[l][f] = std::move(need);
-            need = std::move(inputs);
+            needed[l][f] = std::move(rows);
+            rows = std::move(inputs);
         }
-        wanted[l - 1] = std::move(need);
+        wanted[l - 1] = std::move(rows);
     }
 
-    // Forwards: the product, level by level.
+    // Forwards: their places, and the rows over them.
     const Index n_base = levels_[0].topology.n_vertices();
-    StencilTable product = identity(n_base);
-    std::vector<StencilTable> result;
+    Chain chain;
+    std::vector<Index> place(n_base);
+    std::iota(place.begin(), place.end(), Index(0));
+    chain.place.push_back(place);
     for (std::size_t l = 1; l < levels_.size(); ++l) {
-        for (std::size_t f = 0; f < levels_[l].factors.size(); ++f)
-            product = compose(levels_[l].factors[f], product, n_base, rows[l][f]);
-        result.push_back(product);
+        for (std::size_t f = 0; f < levels_[l].factors.size(); ++f) {
+            const StencilTable& factor = levels_[l].factors[f];
+            std::vector<Index> next(factor.n_rows(), kInvalidIndex);
+            for (Index r = 0; r < factor.n_rows(); ++r) {
+                if (!needed[l][f][r])
+                    continue;
+                next[r] = n_base + chain.rows.n_rows();
+                for (std::size_t k = factor.offsets[r]; k < factor.offsets[r + 1]; ++k)
+                    chain.rows.add(place[factor.indices[k]], factor.weights[k]);
+                chain.rows.end_row();
+            }
+            place = std::move(next);
+        }
+        chain.place.push_back(place);
     }
-    return result;
-}
-
-StencilTable Refinement::stencils() const {
-    std::vector<std::vector<bool>> wanted;
-    for (const RefinedLevel& level : levels_)
-        wanted.emplace_back(level.topology.n_vertices(), false);
-    wanted.back().assign(wanted.back().size(), true);
-    auto tables = stencils(std::move(wanted));
-    if (!tables.empty())
-        return std::move(tables.back());
-    return identity(levels_[0].topology.n_vertices());
+    return chain;
 }
 
 }  // namespace osdx

@@ -16,7 +16,7 @@ namespace osdx {
 struct RefinedLevel {
     Topology topology;
     /// From the points of the level above to the points of this one: the tables are applied
-    /// one after the other. Kept apart, since their product is much larger.
+    /// one after the other. Kept apart, since their product is larger.
     std::vector<StencilTable> factors;
     /// Even degrees: vertex h comes from corner h of the level above, and this halfedge
     /// starts there in the face of that corner's vertex (at level 1) or face (later levels).
@@ -32,7 +32,8 @@ struct RefinedLevel {
 /// Even d: linear subdivision, its dual, then (d - 2)/2 smoothings. Vertices of a level:
 /// the corners (halfedges) of the level above; a vertex that no face uses has none.
 /// Source: Stam, On subdivision schemes generalizing uniform B-spline surfaces of arbitrary
-/// degree (2001).
+/// degree (2001). Differs: next to faces that are no quads the first smoothing takes the
+/// edge points of Catmull and Clark (1978), so that d = 3 is their scheme on every mesh.
 class Refinement {
 public:
     /// \pre kMinDegree <= degree <= kMaxDegree
@@ -50,13 +51,22 @@ public:
     /// \pre base.size() == topology(0).n_vertices()
     std::vector<Vec3<double>> points(std::span<const Vec3<double>> base) const;
 
-    /// The points of levels 1, 2, ... as stencils over the base vertices. Rows that
-    /// `wanted` flags, by level and vertex, are made; other rows are empty.
-    /// \pre wanted.size() == n_levels(); wanted[i].size() == topology(i).n_vertices()
-    std::vector<StencilTable> stencils(std::vector<std::vector<bool>> wanted) const;
-
     /// The points of the last level as stencils over the base vertices.
+    ///
+    /// Around a vertex of valence n all points depend on its whole one-ring, so that the rows
+    /// grow with n; chain() does not.
     StencilTable stencils() const;
+
+    /// Selected points of all levels, each as a stencil over the base vertices and the points
+    /// before it: an array that starts with the base points is extended row by row.
+    struct Chain {
+        StencilTable rows;
+        /// By level and vertex: the place in the array; kInvalidIndex where it has none.
+        std::vector<std::vector<Index>> place;
+    };
+    /// \param wanted  by level and vertex; points on the way to these get rows as well
+    /// \pre wanted.size() == n_levels(); wanted[i].size() == topology(i).n_vertices()
+    Chain chain(std::vector<std::vector<bool>> wanted) const;
 
 private:
     int degree_;

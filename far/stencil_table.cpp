@@ -6,7 +6,7 @@
 namespace osdx {
 
 StencilTable compose(const StencilTable& second, const StencilTable& first,
-                     Index n_inputs, const std::vector<bool>& wanted) {
+                     Index n_inputs) {
     // Gustavson (1978): one dense accumulator, cleared by the list of touched entries.
     StencilTable result;
     result.offsets.reserve(second.offsets.size());
@@ -14,10 +14,6 @@ StencilTable compose(const StencilTable& second, const StencilTable& first,
     std::vector<bool> touched(n_inputs, false);
     std::vector<Index> row;
     for (Index r = 0; r < second.n_rows(); ++r) {
-        if (!wanted.empty() && !wanted[r]) {
-            result.end_row();
-            continue;
-        }
         row.clear();
         for (std::size_t k = second.offsets[r]; k < second.offsets[r + 1]; ++k) {
             const Index s = second.indices[k];

@@ -42,29 +42,27 @@ struct StencilTable {
         }
     }
 
-    /// The same for values of any number of channels, stored one point after the other.
-    /// \pre out.size() == n_rows() n_channels; no overlap
+    /// The rows extend an array: row r reads what stands before values[first + r] and writes
+    /// there. For values of any number of channels, stored one after the other.
+    /// \pre values.size() == (first + n_rows()) n_channels
     template <class T>
-    void apply_channels(std::span<const T> in, int n_channels,
-                        std::span<T> out) const noexcept {
-        assert(out.size() == std::size_t(n_rows()) * n_channels);
-        std::ranges::fill(out, T(0));
+    void extend(Index first, int n_channels, std::span<T> values) const noexcept {
+        assert(values.size() == std::size_t(first + n_rows()) * n_channels);
         for (Index r = 0; r < n_rows(); ++r) {
-            T* o = out.data() + std::size_t(r) * n_channels;
+            T* out = values.data() + std::size_t(first + r) * n_channels;
+            std::fill_n(out, n_channels, T(0));
             for (std::size_t k = offsets[r]; k < offsets[r + 1]; ++k) {
-                const T* i = in.data() + std::size_t(indices[k]) * n_channels;
+                const T* in = values.data() + std::size_t(indices[k]) * n_channels;
                 for (int c = 0; c < n_channels; ++c)
-                    o[c] += T(weights[k]) * i[c];
+                    out[c] += T(weights[k]) * in[c];
             }
         }
     }
 };
 
-/// first, then second: row r of the result is row r of `second` over the inputs of
-/// `first`; rows whose flag in `wanted` is false stay empty (all are made when it is
-/// empty).
+/// first, then second: row r of the result is row r of `second` over the inputs of `first`.
 /// \param n_inputs  of `first`
 StencilTable compose(const StencilTable& second, const StencilTable& first,
-                     Index n_inputs, const std::vector<bool>& wanted = {});
+                     Index n_inputs);
 
 }  // namespace osdx

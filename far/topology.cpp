@@ -11,7 +11,10 @@ Topology build_topology(const Mesh& mesh) {
     t.n_edges = static_cast<Index>(mesh.n_edges());
     std::vector<Index> number(mesh.n_halfedges(), kInvalidIndex);
     for (const auto f : mesh.faces()) {
-        for (const auto h : f.halfedges_ccw()) {
+        // OpenMesh's face names the halfedge that ends at the first vertex.
+        const auto first = f.halfedge().next();
+        auto h = first;
+        do {
             number[h.idx()] = t.n_halfedges();
             const auto v = static_cast<Index>(h.from().idx());
             if (t.vertex_halfedge[v] == kInvalidIndex)
@@ -19,7 +22,8 @@ Topology build_topology(const Mesh& mesh) {
             t.vertex.push_back(v);
             t.edge.push_back(static_cast<Index>(h.edge().idx()));
             t.face.push_back(static_cast<Index>(f.idx()));
-        }
+            h = h.next();
+        } while (h != first);
         t.face_offsets.push_back(t.n_halfedges());
     }
     t.twin.assign(t.n_halfedges(), kInvalidIndex);

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <functional>
+#include <map>
 
 namespace osdx {
 
@@ -25,7 +27,7 @@ Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& optio
     s.evaluator_ = std::make_unique<const Evaluator>(*s.table_);
     s.points_.resize(s.table_->n_points());
     std::ranges::copy(data.positions, s.points_.begin());
-    s.table_->refresh_points(std::span(s.points_));
+    s.table_->refresh_points<double>(s.points_);
     for (Index v = 0; v < s.base().n_vertices(); ++v) {
         if (s.base().vertex_halfedge[v] == kInvalidIndex)
             s.unused_vertices_.push_back(v);
@@ -49,7 +51,7 @@ Status Surface::set_positions(std::span<const Vec3<double>> positions) {
         }
     }
     std::ranges::copy(positions, points_.begin());
-    table_->refresh_points(std::span(points_));
+    table_->refresh_points<double>(points_);
     return ok();
 }
 
@@ -60,17 +62,21 @@ void Surface::add_base_weights(const Address& where, int r, double scale,
     const std::size_t n = patch.points.size();
     std::vector<double> all(n_derivatives(2) * n);
     evaluator_->weights(point, 2, Chart::BaseUV, all);
+    // From the last point back: each hands its weight on to the points before it.
+    std::map<Index, double, std::greater<>> open;
+    for (std::size_t i = 0; i < n; ++i)
+        open[patch.points[i]] += scale * all[r * n + i];
     const StencilTable& rows = table_->refined_points();
-    for (std::size_t i = 0; i < n; ++i) {
-        const double w = scale * all[r * n + i];
-        const Index p = patch.points[i];
-        if (p < weights.size()) {
-            weights[p] += w;
+    while (!open.empty()) {
+        const auto [index, w] = *open.begin();
+        open.erase(open.begin());
+        if (index < weights.size()) {
+            weights[index] += w;
             continue;
         }
-        const std::size_t row = p - weights.size();
+        const std::size_t row = index - weights.size();
         for (std::size_t k = rows.offsets[row]; k < rows.offsets[row + 1]; ++k)
-            weights[rows.indices[k]] += w * rows.weights[k];
+            open[rows.indices[k]] += w * rows.weights[k];
     }
 }
 

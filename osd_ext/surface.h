@@ -42,7 +42,8 @@ public:
     const Topology& base() const noexcept { return table_->base(); }
     const PatchTable& patches() const noexcept { return *table_; }
     const Evaluator& evaluator() const noexcept { return *evaluator_; }
-    /// Control points of all patches; the base vertices come first.
+    /// The points of patches(): control points of all patches and what they are made from;
+    /// the base vertices come first.
     std::span<const Vec3<double>> points() const noexcept { return points_; }
     /// Vertices that no face uses, in ascending order: kept, without influence.
     std::span<const Index> unused_vertices() const noexcept { return unused_vertices_; }

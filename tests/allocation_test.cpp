@@ -31,6 +31,8 @@ void operator delete(void* p, std::size_t) noexcept {
 namespace osdx {
 namespace {
 
+using namespace test;
+
 TEST(Queries, DoNotAllocate) {
     for (const int degree : {2, 3, 4, 9}) {
         for (const int valence : {5, 360}) {

@@ -17,6 +17,8 @@
 namespace osdx {
 namespace {
 
+using namespace test;
+
 Surface surface_of(const MeshData& mesh) {
     auto s = Surface::build(mesh);
     EXPECT_TRUE(s) << (s ? "" : s.error().message);

@@ -14,6 +14,8 @@
 namespace osdx {
 namespace {
 
+using namespace test;
+
 const std::vector<Vec3<float>> kPoints = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
 const std::vector<std::array<Index, 3>> kTriangle = {{0, 1, 2}};
 

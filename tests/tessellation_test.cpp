@@ -16,6 +16,8 @@
 namespace osdx {
 namespace {
 
+using namespace test;
+
 struct Case {
     const char* name;
     MeshData mesh;

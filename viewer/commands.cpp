@@ -160,6 +160,11 @@ Status info_command(const CommandOptions& options) {
     for (const Tag& tag : job->mesh.tags)
         tags[tag.name] = tags.value(tag.name, 0) + 1;
 
+    std::set<Index> control_points;
+    for (Index p = 0; p < patches.n_patches(); ++p)
+        control_points.insert(patches.patch(p).points.begin(),
+                              patches.patch(p).points.end());
+
     const auto unused = job->surface.unused_vertices();
     const Index components = count_components(t);
     const long long euler = static_cast<long long>(t.n_vertices()) -
@@ -178,7 +183,7 @@ Status info_command(const CommandOptions& options) {
                          {"refinement_levels", patches.n_levels() - 1},
                          {"patches", patch_counts(patches)},
                          {"patches_by_level", histogram(levels)},
-                         {"control_points", patches.n_points()}};
+                         {"control_points", control_points.size()}};
     if (const Status s = write_report(options, report); !s)
         return s;
 
@@ -196,7 +201,7 @@ Status info_command(const CommandOptions& options) {
     }
     fmt::print("degree {}: {} level{} of refinement, {} control points\n", options.degree,
                patches.n_levels() - 1, patches.n_levels() == 2 ? "" : "s",
-               patches.n_points());
+               control_points.size());
     fmt::print("patches:    {}\n", patch_summary(patches));
     fmt::print("by level:   {}\n", one_line(report["patches_by_level"]));
     return ok();
