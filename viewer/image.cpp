@@ -5,12 +5,7 @@
 
 #include <fmt/format.h>
 #include <png.h>
-
-#if __has_include(<stb/stb_easy_font.h>)
-#include <stb/stb_easy_font.h>
-#else
 #include <stb_easy_font.h>
-#endif
 
 #include <algorithm>
 #include <cmath>
@@ -30,17 +25,27 @@ double overlap(int i, double lo, double hi) noexcept {
     return std::max(0.0, std::min(hi, i + 1.0) - std::max(lo, double(i)));
 }
 
+/// Pixels first .. last - 1.
+struct PixelRange {
+    int first, last;
+};
+
+/// Those of `size` that [lo, hi] covers, in part at least; last >= first.
+PixelRange covered(double lo, double hi, int size) noexcept {
+    const auto inside = [&](double x) {
+        return static_cast<int>(std::clamp(x, 0.0, double(size)));
+    };
+    const int first = inside(std::floor(lo));
+    return {first, std::max(first, inside(std::ceil(hi)))};
+}
+
 /// Calls f(x, y, area) for the pixels that a box covers, area in (0, 1].
 template <class F>
 void for_each_covered(const Image& image, const Box& box, F&& f) {
-    const auto first = [](double lo, int size) {
-        return static_cast<int>(std::clamp(std::floor(lo), 0.0, double(size)));
-    };
-    const auto last = [](double hi, int size) {
-        return static_cast<int>(std::clamp(std::ceil(hi), 0.0, double(size)));
-    };
-    for (int y = first(box.y0, image.height); y < last(box.y1, image.height); ++y) {
-        for (int x = first(box.x0, image.width); x < last(box.x1, image.width); ++x) {
+    const PixelRange columns = covered(box.x0, box.x1, image.width),
+                     rows = covered(box.y0, box.y1, image.height);
+    for (int y = rows.first; y < rows.last; ++y) {
+        for (int x = columns.first; x < columns.last; ++x) {
             const double area = overlap(x, box.x0, box.x1) * overlap(y, box.y0, box.y1);
             if (area > 0)
                 f(x, y, area);
@@ -116,20 +121,28 @@ void draw_text(Image& image, double x, double y, std::string_view text, double s
                             static_cast<int>(vertices.size() * sizeof(Vertex)));
 
     // Strokes touch and overlap: their areas add up first, and are painted once.
-    std::vector<double> cover(image.pixels.size());
     Box bounds{x, y, x, y};
+    std::vector<Box> strokes;
     for (int i = 0; i < n_quads; ++i) {
         const Vertex &a = vertices[4 * i], &c = vertices[4 * i + 2];
-        const Box box{x + scale * a.x, y + scale * a.y, x + scale * c.x, y + scale * c.y};
-        bounds.x1 = std::max(bounds.x1, box.x1);
-        bounds.y1 = std::max(bounds.y1, box.y1);
-        for_each_covered(image, box, [&](int px, int py, double area) {
-            cover[static_cast<std::size_t>(py) * image.width + px] += area;
-        });
+        strokes.push_back(
+            {x + scale * a.x, y + scale * a.y, x + scale * c.x, y + scale * c.y});
+        bounds.x1 = std::max(bounds.x1, strokes.back().x1);
+        bounds.y1 = std::max(bounds.y1, strokes.back().y1);
+    }
+    const PixelRange columns = covered(bounds.x0, bounds.x1, image.width),
+                     rows = covered(bounds.y0, bounds.y1, image.height);
+    const std::size_t stride = columns.last - columns.first;
+    std::vector<double> cover(stride * (rows.last - rows.first));
+    const auto area_at = [&](int px, int py) -> double& {
+        return cover[(py - rows.first) * stride + (px - columns.first)];
+    };
+    for (const Box& stroke : strokes) {
+        for_each_covered(image, stroke,
+                         [&](int px, int py, double area) { area_at(px, py) += area; });
     }
     for_each_covered(image, bounds, [&](int px, int py, double) {
-        const double area = cover[static_cast<std::size_t>(py) * image.width + px];
-        blend(image.at(px, py), color, std::min(area, 1.0));
+        blend(image.at(px, py), color, std::min(area_at(px, py), 1.0));
     });
 }
 

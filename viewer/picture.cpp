@@ -4,6 +4,7 @@
 #include "viewer/picture.h"
 
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -54,27 +55,27 @@ Vec color_map(std::span<const Vec> controls, double x) noexcept {
 }
 
 /// Blue, white, red: equal steps of lightness on both sides of zero.
-const std::array<Vec, 7> kDiverging = {{{24, 48, 128},
-                                        {48, 104, 190},
-                                        {132, 178, 226},
-                                        {246, 245, 242},
-                                        {240, 158, 128},
-                                        {200, 66, 62},
-                                        {128, 12, 38}}};
+constexpr std::array<Vec, 7> kDiverging = {{{24, 48, 128},
+                                            {48, 104, 190},
+                                            {132, 178, 226},
+                                            {246, 245, 242},
+                                            {240, 158, 128},
+                                            {200, 66, 62},
+                                            {128, 12, 38}}};
 /// White, green, blue, violet: darker with distance, so that the form shows where it is 0.
-const std::array<Vec, 5> kSequential = {
+constexpr std::array<Vec, 5> kSequential = {
     {{246, 246, 240}, {186, 221, 142}, {58, 168, 142}, {46, 98, 152}, {62, 16, 92}}};
 
 Vec group_color(PatchKind kind, int n_sides, int level) noexcept {
-    static const std::array<Vec, 5> regular = {{{214, 216, 220},
-                                                {172, 193, 222},
-                                                {128, 163, 210},
-                                                {90, 132, 192},
-                                                {62, 102, 166}}};
+    constexpr std::array<Vec, 5> regular = {{{214, 216, 220},
+                                             {172, 193, 222},
+                                             {128, 163, 210},
+                                             {90, 132, 192},
+                                             {62, 102, 166}}};
     // By n: 3, 5, 6, 7, more.
-    static const std::array<Vec, 5> ev = {
+    constexpr std::array<Vec, 5> ev = {
         {{250, 214, 90}, {242, 148, 62}, {222, 92, 66}, {188, 58, 92}, {136, 44, 104}}};
-    static const std::array<Vec, 5> ef = {
+    constexpr std::array<Vec, 5> ef = {
         {{186, 220, 120}, {112, 190, 108}, {52, 152, 104}, {24, 118, 100}, {16, 84, 84}}};
     const int by_n = n_sides <= 4 ? 0 : std::min(n_sides - 4, 4);
     switch (kind) {
@@ -194,25 +195,47 @@ UnitFrame unit_frame(std::span<const Vec> points) {
     return {0.5 * lo + 0.5 * hi, diagonal > 0 ? diagonal : 1};
 }
 
-/// An even number of segments on each edge of the base mesh, for facets of about 4 pixels:
-/// their silhouette is within a few hundredths of a pixel of the true one.
+/// An even number of segments on each edge of the base mesh: almost all facets get edges of
+/// at most 5 pixels, and none is off the surface by more than a tenth of a pixel.
 int choose_rate(const Topology& base, const Tessellation& coarse, int coarse_rate,
                 const Camera& camera) {
-    double longest = 0;
+    std::vector<double> lengths;
+    double most_off = 0;
     const Index* corner = coarse.facet_points.data();
     for (const Index n : coarse.facet_sizes) {
         for (Index i = 0; i < n; ++i) {
-            const Vec &a = coarse.positions[corner[i]],
-                      &b = coarse.positions[corner[(i + 1) % n]];
-            const double depth = glm::dot(camera.eye - a, camera.back);
-            longest = std::max(longest, glm::length(b - a) / (depth * camera.pixel));
+            const Index a = corner[i], b = corner[(i + 1) % n];
+            const Vec &p = coarse.positions[a], &q = coarse.positions[b];
+            const double depth = glm::dot(camera.eye - p, camera.back);
+            const double length = glm::length(q - p) / (depth * camera.pixel);
+            lengths.push_back(length);
+            // The height of an arc over its chord is chord times angle over 8.
+            const double angle = glm::length(coarse.normals[b] - coarse.normals[a]);
+            most_off = std::max(most_off, length * angle / 8);
         }
         corner += n;
     }
-    // rate^2 / 2 triangles for each corner of a face.
-    const double most = std::sqrt(2 * 1.5e6 / base.n_halfedges());
-    const double rate = std::min(coarse_rate * longest / 4, most);
+    const auto long_one =
+        lengths.begin() + static_cast<std::ptrdiff_t>(0.95 * double(lengths.size()));
+    std::ranges::nth_element(lengths, long_one);
+    // The height falls with the square of the rate. rate^2 / 2 triangles a corner of a face.
+    const double rate =
+        std::min(coarse_rate * std::max(*long_one / 5, std::sqrt(most_off / 0.1)),
+                 std::sqrt(2 * 1.5e6 / base.n_halfedges()));
     return std::max(2 * static_cast<int>(rate / 2), 2);
+}
+
+Status check_finite(const Tessellation& t) {
+    for (std::size_t i = 0; i < t.positions.size(); ++i) {
+        const Vec& p = t.positions[i];
+        if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))
+            continue;
+        const Index face = t.addresses[i].face;
+        return fail(ErrorCode::NonFinitePoint,
+                    fmt::format("the surface on face {} is not finite everywhere", face),
+                    face);
+    }
+    return ok();
 }
 
 // ---- Shadows ----
@@ -269,7 +292,8 @@ std::vector<double> all_openness(const RayScene& scene, const Tessellation& t,
                           : openness(scene, t.positions[i], normal, n_rays, 0.35, i);
         }
     });
-    // Few rays are noisy; ten passes average over some thirty points.
+    // Few rays are noisy; forty passes average over some hundred points, and blur the
+    // shadows by about six.
     std::vector<double> sum(n), weight(n);
     for (int pass = 0; pass < 40; ++pass) {
         for (std::size_t i = 0; i < n; ++i) {
@@ -340,11 +364,12 @@ public:
         const double fx = x - i, fy = y - j;
         const double value = std::lerp(std::lerp(s[0], s[1], fx),
                                        std::lerp(s[kSize], s[kSize + 1], fx), fy);
-        // Ends with the grid.
+        // Ends with the grid, and without a line at the horizon.
         const auto fade = [](double f) {
             return std::min({1.0, f / 16, (kSize - 1 - f) / 16});
         };
-        return value * fade(x) * fade(y);
+        const double steep = -direction[up_] / glm::length(direction);
+        return value * fade(x) * fade(y) * std::min(1.0, 6 * steep);
     }
 
 private:
@@ -396,16 +421,8 @@ public:
         Tessellation coarse = tessellate(base, coarse_rate, input_.surface);
         if (coarse.positions.empty())
             return fail(ErrorCode::EmptyMesh, "the surface has no faces");
-        for (std::size_t i = 0; i < coarse.positions.size(); ++i) {
-            const Vec& p = coarse.positions[i];
-            if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
-                const Index face = coarse.addresses[i].face;
-                return fail(
-                    ErrorCode::NonFinitePoint,
-                    fmt::format("the surface on face {} is not finite everywhere", face),
-                    face);
-            }
-        }
+        if (const Status finite = check_finite(coarse); !finite)
+            return finite;
         const UnitFrame coarse_frame = unit_frame(coarse.positions);
         for (Vec& p : coarse.positions)
             p = coarse_frame.point(p);
@@ -413,6 +430,8 @@ public:
                                      make_camera(coarse.positions, o_, margins()));
 
         tessellation_ = tessellate(base, rate, input_.surface);
+        if (const Status finite = check_finite(tessellation_); !finite)
+            return finite;
         frame_ = unit_frame(tessellation_.positions);
         for (Vec& p : tessellation_.positions)
             p = frame_.point(p);
@@ -606,9 +625,8 @@ private:
         switch (o_.shade) {
             case Shade::Phong:
                 return clay(*hit);
-            case Shade::Normals: {
+            case Shade::Normals:
                 return to_linear(127.5 * (hit->normal + 1.0));
-            }
             case Shade::Reflection:
                 return tubes(*hit);
             case Shade::Mean:
@@ -640,8 +658,8 @@ private:
             double wrap;  // reaches so far round the edge of the shadow
         };
         const Light lights[] = {
-            {towards(-0.55, 0.7, 0.6), {0.84, 0.81, 0.76}, 0.15},  // key
-            {towards(0.9, 0.1, 0.5), {0.16, 0.18, 0.22}, 0.4},     // fill
+            {towards(-0.75, 0.6, 0.5), {0.82, 0.79, 0.74}, 0.15},  // key
+            {towards(0.9, 0.1, 0.5), {0.24, 0.26, 0.30}, 0.4},     // fill
             {towards(0.35, 0.6, -0.75), {0.30, 0.32, 0.36}, 0.1},  // rim
         };
         const Vec albedo(0.74, 0.69, 0.63);
@@ -697,21 +715,24 @@ private:
         return result;
     }
 
-    /// Light tubes all round, parallel to one axis: black and white by the angle of the
-    /// mirrored ray about the axis, averaged over the sample.
+    /// Ring-shaped light tubes, parallel to each other about the camera's up axis: black and
+    /// white by the angle of the mirrored ray to the axis, averaged over the sample. Straight
+    /// tubes would differ by the angle about the axis, but all run into its two ends.
     Vec tubes(const Hit& hit) const {
-        constexpr int n_tubes = 16;
-        const Vec axis = towards(1, 0.35, 0), x_axis = towards(0, 0, 1),
-                  y_axis = glm::cross(axis, x_axis);
+        constexpr int n_tubes = 12;
         const Vec r = glm::reflect(hit.direction, hit.normal);
-        const double x = glm::dot(r, x_axis), y = glm::dot(r, y_axis);
-        const double turns = std::atan2(y, x) / (2 * std::numbers::pi);
+        const double cosine = std::clamp(glm::dot(r, camera_.up), -1.0, 1.0);
+        const double sine = std::sqrt(1 - cosine * cosine);
+        // A quarter more: both poles are in the middle of a tube, which is even about them.
+        const double at = 0.25 + n_tubes * std::acos(cosine) / std::numbers::pi;
         double width = 0.03;  // in tubes: edges as crisp as they can be, without stairs
         for (const Vec& dr : mirrored_steps(hit)) {
-            const double change =
-                (x * glm::dot(dr, y_axis) - y * glm::dot(dr, x_axis)) / (x * x + y * y);
+            // At the poles the quotient has no limit, but no angle changes by more than dr.
+            const double along = std::abs(glm::dot(dr, camera_.up)),
+                         all = glm::length(dr);
+            const double change = along < sine * all ? along / sine : all;
             if (std::isfinite(change))
-                width += std::abs(change) * n_tubes / (2 * std::numbers::pi);
+                width += change * n_tubes / std::numbers::pi;
         }
         // Integral of the square wave that is 1 on the first half of each period.
         const auto integral = [](double s) {
@@ -719,7 +740,6 @@ private:
             return 0.5 * whole + std::min(s - whole, 0.5);
         };
         width = std::min(width, 1e6);
-        const double at = n_tubes * turns;
         const double lit =
             (integral(at + 0.5 * width) - integral(at - 0.5 * width)) / width;
         const double facing = -glm::dot(hit.normal, hit.direction);
@@ -731,11 +751,18 @@ private:
         const PatchLook look = input_.patch(hit.at);
         Vec color = group_color(look.kind, look.n_sides, look.level);
         color *= 0.92 + 0.16 * (hash_to_unit(look.patch) - 0.5);
-        // A step in u moves the line u = const by |du x dv| / |dv|.
-        const double area = glm::length(glm::cross(hit.jet.du, hit.jet.dv));
-        const double distance = std::min(look.to_edge.x * area / glm::length(hit.jet.dv),
-                                         look.to_edge.y * area / glm::length(hit.jet.du));
         const double pixel = camera_.pixel * hit.t;
+        // A step in u moves the line u = const by |du x dv| / |dv|; the eye sees these
+        // vectors from the side. Lines do not grow to more than five times their width.
+        const Vec &d = hit.direction, &u = hit.jet.du, &v = hit.jet.dv;
+        const Vec area = glm::cross(u, v);
+        const auto distance_to = [&](double steps, const Vec& along) {
+            const Vec seen = along - glm::dot(along, d) * d;
+            return steps * std::max(std::abs(glm::dot(area, d)) / glm::length(seen),
+                                    0.2 * glm::length(area) / glm::length(along));
+        };
+        const double distance =
+            std::min(distance_to(look.to_edge.x, v), distance_to(look.to_edge.y, u));
         // Half of the line lies on this side.
         const double half_width = 0.6 * std::max(1.0, o_.height / 720.0) * pixel;
         const double line =

@@ -1,0 +1,436 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include "osd_ext/continuity.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "eval/jet.h"
+#include "tests/test_meshes.h"
+
+namespace osdx::test {
+namespace {
+
+Surface build(const MeshData& mesh, int degree) {
+    auto s = Surface::build(mesh, {.degree = degree});
+    if (!s)
+        throw std::runtime_error(s.error().message);
+    return *std::move(s);
+}
+
+// ------------------------------------------------------------------------ patch edges
+
+/// The same point of a patch edge in the two patches, and a point further along, with the
+/// first patch on the left.
+struct EdgePoint {
+    PatchPoint left, left_ahead, right, right_ahead;
+};
+
+/// Two points on every side of every cell that lies between two patches.
+std::vector<EdgePoint> edge_points(const Surface& s) {
+    const PatchTable& table = s.patches();
+    std::vector<EdgePoint> points;
+    for (const Cell& cell : table.cells()) {
+        for (int side = 0; side < 4; ++side) {
+            const Vec2<double> along = turn(cell.x_axis, side), out = turn(along, 3);
+            const auto corner = square_corner<double>(side);
+            const Vec2<double> start =
+                cell.origin + corner.x * cell.x_axis + corner.y * turn(cell.x_axis, 1);
+            const auto locate = [&](double t, bool left) {
+                const Vec2<double> q = start + t * along;
+                QuarterPoint at{cell.quarter, q.x, q.y};
+                if (left)
+                    return table.locate(at, -out);
+                const int crossed = q.y == 0 && out.y < 0   ? 0
+                                    : q.x == 1 && out.x > 0 ? 1
+                                    : q.y == 1 && out.y > 0 ? 2
+                                    : q.x == 0 && out.x < 0 ? 3
+                                                            : -1;
+                if (crossed < 0)
+                    return table.locate(at, out);
+                at = cross_side(s.base(), at, crossed);
+                return table.locate(at, turn(out, crossed < 2 ? 1 : 3));
+            };
+            // Dyadic, hence exact, and off the corners of cells on the other side.
+            for (const double t : {9.0 / 32, 23.0 / 32}) {
+                const double ahead = t + 1.0 / 32;
+                const EdgePoint e{locate(t, true), locate(ahead, true), locate(t, false),
+                                  locate(ahead, false)};
+                if (e.left.patch != e.right.patch)
+                    points.push_back(e);
+            }
+        }
+    }
+    return points;
+}
+
+// ------------------------------------------------------------------------ spline charts
+
+constexpr int kOrder = 6;
+using J = Jet<double, kOrder>;
+using J3 = std::array<J, 3>;
+
+/// f(x, y), whose arguments have no values.
+J compose(const J& f, const J& x, const J& y) {
+    const JetPowers<double, kOrder> px(x), py(y);
+    J sum;
+    for (int m = 0; m <= kOrder; ++m) {
+        for (int j = 0; j <= m; ++j)
+            sum += f.c[J::index(m - j, j)] * (px.power[m - j] * py.power[j]);
+    }
+    return sum;
+}
+
+/// The x and y for which s(x, y) and t(x, y) are the variables, up to values.
+std::pair<J, J> inverse(J s, J t) {
+    const double a = s.c[1], b = s.c[2], c = t.c[1], d = t.c[2], det = a * d - b * c;
+    J u, v;
+    u.c[1] = v.c[2] = 1;
+    s.c[0] = s.c[1] = s.c[2] = t.c[0] = t.c[1] = t.c[2] = 0;
+    J x, y;
+    for (int k = 0; k < kOrder; ++k) {  // each step is right to one order more
+        const J p = u - compose(s, x, y), q = v - compose(t, x, y);
+        x = (1 / det) * (d * p - b * q);
+        y = (1 / det) * (a * q - c * p);
+    }
+    return {x, y};
+}
+
+/// s_i and h_i of an n-gon by Wachspress' coordinates, as they are published.
+/// Source: see PatchBasis.
+std::pair<J, J> side_parameters(int n, int i, Vec2<double> xy) {
+    J x(xy.x), y(xy.y);
+    x.c[1] = y.c[2] = 1;
+    const double pi = std::numbers::pi;
+    std::vector<J> l;
+    for (int k = 0; k < n; ++k) {
+        const double angle = 2 * pi * (k - 0.5) / n;
+        l.push_back(J(std::cos(pi / n)) - std::cos(angle) * x - std::sin(angle) * y);
+    }
+    J sum, at_end, at_start;
+    for (int v = 0; v < n; ++v) {
+        J w(1.0);
+        for (int k = 0; k < n; ++k) {
+            if (k != v && k != (v + 1) % n)
+                w = w * l[k];
+        }
+        sum += w;
+        if (v == i)
+            at_end = w;
+        if (v == (i + n - 1) % n)
+            at_start = w;
+    }
+    return {at_end / (at_end + at_start), J(1.0) - (at_end + at_start) / sum};
+}
+
+/// The surface at a point of a patch edge in the parameters of the B-spline there, in edges
+/// of the base mesh: the first runs along the edge, the second to the left of it.
+J3 in_spline_parameters(const Surface& s, const PatchPoint& at, const PatchPoint& ahead,
+                        bool on_the_left) {
+    const PatchTable& table = s.patches();
+    const PatchRef patch = table.patch(at.patch);
+    const PatchBasis& basis = s.evaluator().basis(at.patch);
+    const PatchClass& c = basis.patch_class();
+    const DomainPoint p{static_cast<int>(at.sector), at.a, at.b};
+    J3 f;
+    const J sum =
+        basis.for_each_weight<kOrder>(p, Chart::Native, [&](Index i, const J& w) {
+            for (int k = 0; k < 3; ++k)
+                f[k] += s.points()[patch.points[i]][k] * w;
+        });
+    // Native coordinates as functions of the parameters.
+    J x, y;
+    if (c.kind == PatchKind::Regular) {
+        const double da = ahead.a - at.a, db = ahead.b - at.b;
+        const double a = (da > 0) - (da < 0), b = (db > 0) - (db < 0);
+        x.c[1] = a, x.c[2] = -b;
+        y.c[1] = b, y.c[2] = a;
+    } else {
+        const int side =
+            static_cast<int>(at.a == 1 ? at.sector : at.sector + 1) % c.n_sides;
+        const double intervals = c.kind == PatchKind::EV ? c.degree - 1 : c.degree;
+        // Sides run counter-clockwise, the patch on their left.
+        const double sign = on_the_left ? 1 : -1;
+        const auto [along, inwards] =
+            side_parameters(c.n_sides, side, basis.to_native(p));
+        std::tie(x, y) = inverse(sign * intervals * along, sign * intervals * inwards);
+    }
+    for (J& g : f) {
+        g = compose(g / sum, x, y);
+        for (int m = 0; m <= kOrder; ++m) {
+            for (int j = 0; j <= m; ++j)
+                g.c[J::index(m - j, j)] *= std::ldexp(1.0, patch.level * m);
+        }
+    }
+    return f;
+}
+
+double order_max(const J& x, int m) {
+    double max = 0;
+    for (int j = 0; j <= m; ++j)
+        max = std::max(max, std::abs(x.c[J::index(m - j, j)]));
+    return max;
+}
+
+/// A quad face becomes five: a smaller one within, and one at each side.
+MeshData inset(MeshData mesh, Index face) {
+    Index first = 0;
+    for (Index f = 0; f < face; ++f)
+        first += mesh.face_sizes[f];
+    const std::array v = {mesh.face_vertices[first], mesh.face_vertices[first + 1],
+                          mesh.face_vertices[first + 2], mesh.face_vertices[first + 3]};
+    Vec3<double> centre(0);
+    for (const Index i : v)
+        centre += 0.25 * mesh.positions[i];
+    const auto inner = static_cast<Index>(mesh.positions.size());
+    for (Index i = 0; i < 4; ++i) {
+        mesh.positions.push_back(0.5 * (centre + mesh.positions[v[i]]));
+        mesh.face_vertices[first + i] = inner + i;
+        const Index next = (i + 1) % 4;
+        mesh.face_sizes.push_back(4);
+        mesh.face_vertices.insert(mesh.face_vertices.end(),
+                                  {v[i], v[next], inner + next, inner + i});
+    }
+    return mesh;
+}
+
+/// The patch of pole 0 is of level 0, and next to a region of finer ones: the far corner of
+/// its control net is a vertex that is not isolated.
+MeshData pole_near_small_patches(int degree) {
+    const auto d = static_cast<Index>(degree), k = d + 1;
+    return random_displaced(inset(pole(5, k, 2), 2 * (d - 1) * k), 5, 0.02);
+}
+
+struct EdgeCounts {
+    int mixed = 0;   ///< multisided and regular
+    int levels = 0;  ///< of these, of different levels
+};
+
+/// Compares both sides of patch edges, up to n of them.
+EdgeCounts expect_order_d_minus_one(const Surface& s, std::size_t n) {
+    const PatchTable& table = s.patches();
+    const int d = table.degree();
+    const auto is_regular = [&](const PatchPoint& p) {
+        return table.class_of(p.patch).kind == PatchKind::Regular;
+    };
+    std::vector<EdgePoint> regular, others;
+    for (const EdgePoint& e : edge_points(s))
+        (is_regular(e.left) && is_regular(e.right) ? regular : others).push_back(e);
+    EdgeCounts counts;
+    double order_d = 0;
+    const auto compare = [&](const std::vector<EdgePoint>& edges, std::size_t most) {
+        // An odd step: both points of an edge, all sides and all levels come up.
+        const std::size_t step = edges.size() / most | 1;
+        for (std::size_t i = 0; i < edges.size(); i += step) {
+            const EdgePoint& e = edges[i];
+            const J3 left = in_spline_parameters(s, e.left, e.left_ahead, true),
+                     right = in_spline_parameters(s, e.right, e.right_ahead, false);
+            const int level_left = table.patch(e.left.patch).level,
+                      level_right = table.patch(e.right.patch).level,
+                      level = std::max(level_left, level_right);
+            if (is_regular(e.left) != is_regular(e.right)) {
+                ++counts.mixed;
+                counts.levels += level_left != level_right;
+            }
+            for (int k = 0; k < 3; ++k) {
+                const J jump = left[k] - right[k];
+                for (int m = 0; m < d; ++m) {
+                    // In edges of its own level a patch is right to a few hundred ulps of
+                    // the points, which are about 1.
+                    EXPECT_LE(order_max(jump, m), 1e-13 * std::ldexp(1.0, level * m))
+                        << "order " << m << " patches " << e.left.patch << " "
+                        << e.right.patch;
+                }
+                if (d <= kOrder)
+                    order_d = std::max(order_d, order_max(jump, d));
+            }
+        }
+    };
+    compare(regular, n / 4);
+    compare(others, n);
+    // The next order differs, so that the comparison can fail.
+    if (d <= kOrder) {
+        EXPECT_GT(order_d, 0.05);
+    }
+    return counts;
+}
+
+// Every patch is, at its sides, the one B-spline of the regular mesh there: the two sides
+// agree in all derivatives below d, whatever kinds and levels of patches meet.
+TEST(Continuity, IsOfOrderDMinusOneInTheSplineParameters) {
+    for (const auto& [name, mesh] : closed_meshes()) {
+        for (int d = 2; d <= 7; ++d) {
+            SCOPED_TRACE(name + " d" + std::to_string(d));
+            expect_order_d_minus_one(build(mesh, d), 80);
+        }
+    }
+    for (int d = 3; d <= 7; ++d) {
+        SCOPED_TRACE("pole near small patches d" + std::to_string(d));
+        const auto counts =
+            expect_order_d_minus_one(build(pole_near_small_patches(d), d), 200);
+        EXPECT_GT(counts.mixed, 0);
+        EXPECT_GT(counts.levels, 0);
+    }
+}
+
+// ------------------------------------------------------------------------ the report
+
+// The angle of two normals and the curvatures come from derivatives that are right to a few
+// thousand ulps near corners, in patches whose curvature is some ten times the diagonal.
+TEST(Continuity, IsReported) {
+    for (const auto& [name, mesh] : closed_meshes()) {
+        for (int d = 2; d <= 7; ++d) {
+            const Surface s = build(mesh, d);
+            const Continuity c = measure_continuity(s, d <= 4 ? 8 : 2);
+            SCOPED_TRACE(name + " d" + std::to_string(d));
+            EXPECT_GT(c.n_samples, 100u);
+            EXPECT_LE(c.gap_max, 1e-15);
+            EXPECT_LE(c.normal_jump_deg_max, 1e-11);
+            EXPECT_GT(c.curvature_max, 1);
+            // Quadratic splines have jumps of curvature: the report sees them.
+            if (d == 2) {
+                EXPECT_GT(c.curvature_jump_max, 0.01);
+                EXPECT_LT(c.curvature_jump_max, 2);
+            } else {
+                EXPECT_LE(c.curvature_jump_max, 1e-12);
+            }
+        }
+    }
+}
+
+TEST(Continuity, CountsEdgesOnceFromEachSide) {
+    // Eight patches of three quarters each, which turn two of their sides outwards.
+    EXPECT_EQ(measure_continuity(build(cube(), 3)).n_samples, 24u * 2 * 9);
+    EXPECT_EQ(measure_continuity(build(cube(), 3), 3).n_samples, 24u * 2 * 4);
+    // A regular patch per face, with four quarters.
+    EXPECT_EQ(measure_continuity(build(torus(4, 5), 3), 1).n_samples, 20u * 8 * 2);
+}
+
+TEST(Continuity, IsRelativeToTheSize) {
+    MeshData mesh = random_displaced(prism(5), 4, 0.1);
+    const Continuity a = measure_continuity(build(mesh, 2));
+    for (auto& p : mesh.positions)
+        p *= 1024.0;  // exact in binary
+    const Continuity b = measure_continuity(build(mesh, 2));
+    EXPECT_EQ(a.gap_max, b.gap_max);
+    EXPECT_EQ(a.normal_jump_deg_max, b.normal_jump_deg_max);
+    EXPECT_EQ(a.curvature_jump_max, b.curvature_jump_max);
+    EXPECT_EQ(a.curvature_max, b.curvature_max);
+}
+
+TEST(Continuity, DoesNotDependOnThreads) {
+    const Surface s = build(random_displaced(pole(5, 3, 2), 4, 0.1), 2);
+    const auto report = [&](std::size_t n_threads) {
+        const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
+                                          n_threads);
+        const Continuity c = measure_continuity(s);
+        return std::tuple(c.gap_max, c.normal_jump_deg_max, c.curvature_jump_max,
+                          c.curvature_max, c.n_samples, c.worst_normal.quarter,
+                          c.worst_normal.x, c.worst_normal.y, c.worst_curvature.quarter,
+                          c.worst_curvature.x, c.worst_curvature.y);
+    };
+    const auto serial = report(1);
+    for (int i = 0; i < 3; ++i)
+        EXPECT_EQ(report(8), serial);
+}
+
+// Control points of one level only move: patches of two levels come apart.
+TEST(Continuity, ABrokenSurfaceIsReported) {
+    for (const int d : {3, 4}) {
+        Surface s = build(pole(5, 4, 1), d);
+        const PatchTable& table = s.patches();
+        const auto levels_meet = [&](const EdgePoint& e) {
+            return table.patch(e.left.patch).level != table.patch(e.right.patch).level;
+        };
+        const auto edges = edge_points(s);
+        const auto edge = std::ranges::find_if(edges, levels_meet);
+        ASSERT_NE(edge, edges.end());
+        // One that the left patch feels at this point and the right one does not have.
+        const PatchRef left = table.patch(edge->left.patch);
+        std::vector<double> w(left.points.size());
+        s.evaluator().weights(edge->left, 0, Chart::Native, w);
+        const auto strongest = std::ranges::max_element(w) - w.begin();
+        const Index point = left.points[strongest];
+        EXPECT_TRUE(std::ranges::find(table.patch(edge->right.patch).points, point) ==
+                    table.patch(edge->right.patch).points.end());
+
+        // The surface has no door for this: its points always fit each other.
+        auto& moved = const_cast<Vec3<double>&>(s.points()[point]);
+        const Vec3<double> before = moved;
+        moved += Vec3<double>(0, 0, 0.01);
+        const double shift = 0.01 * w[strongest] /
+                             bounding_diagonal(s.points().first(s.base().n_vertices()));
+        const Continuity broken = measure_continuity(s, 32);
+        EXPECT_GE(broken.gap_max, 0.9 * shift);
+        EXPECT_LE(broken.gap_max, 0.01);
+        EXPECT_GT(broken.normal_jump_deg_max, 0.01);
+        EXPECT_GT(broken.curvature_jump_max, 1e-3);
+        moved = before;
+        EXPECT_LE(measure_continuity(s).gap_max, 1e-15);
+    }
+}
+
+TEST(Continuity, DiagonalOfPoints) {
+    const std::vector<Vec3<double>> points = {{1, 2, 3}, {-2, 6, 3}, {0, 3, 15}};
+    EXPECT_EQ(bounding_diagonal(points), 13);  // of 3 x 4 x 12
+    EXPECT_EQ(bounding_diagonal({}), 0);
+}
+
+// ------------------------------------------------------------------------ total curvature
+
+/// Integral of the Gauss curvature over the surface.
+double total_curvature(const Surface& s, int n) {
+    constexpr double kNodes[] = {0.5 - 0.3872983346207417, 0.5, 0.5 + 0.3872983346207417};
+    constexpr double kWeights[] = {5.0 / 18, 4.0 / 9, 5.0 / 18};
+    double sum = 0;
+    for (const Cell& cell : s.patches().cells()) {
+        const Vec2<double> y_axis = turn(cell.x_axis, 1);
+        double of_cell = 0;
+        for (int i = 0; i < 3 * n; ++i) {
+            for (int j = 0; j < 3 * n; ++j) {
+                const double x = (i / 3 + kNodes[i % 3]) / n,
+                             y = (j / 3 + kNodes[j % 3]) / n;
+                const auto q = cell.origin + x * cell.x_axis + y * y_axis;
+                const auto jet = s.evaluator().evaluate<double>(
+                    s.points(), QuarterPoint{cell.quarter, q.x, q.y});
+                of_cell += kWeights[i % 3] * kWeights[j % 3] * curvature(jet).gauss *
+                           glm::length(glm::cross(jet.du, jet.dv));
+            }
+        }
+        // (u, v) run half as fast as the quarter's coordinates.
+        sum += of_cell * glm::dot(cell.x_axis, cell.x_axis) / 4 / (n * n);
+    }
+    return sum;
+}
+
+// Gauss and Bonnet: it holds for degree two as well, since the normal does not jump. The
+// quadrature errs at the knots inside of multisided patches, where derivatives of the
+// curvature jump, for degree two the curvature itself.
+TEST(Continuity, TotalCurvatureIsTwoPiTimesEulersNumber) {
+    for (const auto& [name, mesh] : closed_meshes()) {
+        const Topology t = topology_of(mesh);
+        const double euler = double(t.n_vertices()) - t.n_edges + t.n_faces();
+        for (int d = 2; d <= 5; ++d) {
+            const Surface s = build(mesh, d);
+            const std::size_t n_cells = s.patches().cells().size();
+            const int n = n_cells < 250 ? 4 : n_cells < 1000 ? 2 : 1;
+            EXPECT_NEAR(total_curvature(s, n) / (2 * std::numbers::pi), euler,
+                        d == 2 ? 2e-2 : 5e-3)
+                << name << " d" << d;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace osdx::test

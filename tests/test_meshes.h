@@ -1,0 +1,67 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "far/mesh_data.h"
+#include "far/topology.h"
+
+/// Closed meshes built in code, about the size of the unit sphere.
+namespace osdx::test {
+
+MeshData tetrahedron();
+MeshData cube();  ///< vertices of valence 3, quads
+MeshData octahedron();
+MeshData icosahedron();
+MeshData dodecahedron();           ///< 12 pentagons, valence 3
+MeshData truncated_icosahedron();  ///< 12 pentagons, 20 hexagons, valence 3
+
+/// m x n quads, every vertex of valence 4. Vertex (i, j) is i n + j; face (i, j) is i n + j
+/// with the corners (i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1).
+/// \pre m, n >= 3
+MeshData torus(Index m, Index n);
+
+/// Faces 0 and 1 are n-gons, then n quads; valence 3.
+MeshData prism(Index n);
+
+/// Triangles; vertices 0 and 1 are the poles of valence n, the others have valence 4.
+MeshData bipyramid(Index n);
+
+/// Quads; vertices 0 and 1 are poles of valence n. About each pole lies a cap of n sectors
+/// of k x k quads, and `rings` rings of quads join the caps. The 2n outer corners of the
+/// sectors, k steps both ways from their pole, have valence 3; they are 2k edges apart
+/// along a cap and `rings` edges across. All other vertices have valence 4.
+/// \pre n >= 3; k, rings >= 1
+MeshData pole(Index n, Index k = 1, Index rings = 1);
+
+/// The dual of pole(): faces 0 and 1 are n-gons, 2n faces are triangles with k - 1 rows of
+/// quads between them and the n-gon; every vertex has valence 4.
+MeshData face_pole(Index n, Index k = 1, Index rings = 1);
+
+/// The boundary of a slab of voxels with two holes: genus 2, quads, valences 3 to 5.
+MeshData double_torus();
+
+/// Vertex f at the centroid of face f; face v around vertex v.
+MeshData dual_mesh(const MeshData& mesh);
+
+/// Each coordinate moves by at most `amount`: same seed, same mesh, on every platform.
+MeshData random_displaced(MeshData mesh, unsigned seed, double amount);
+
+struct NamedMesh {
+    std::string name;
+    MeshData data;
+};
+
+/// A small mesh of each kind above, with generic positions.
+std::vector<NamedMesh> closed_meshes();
+
+/// Of a mesh that build_mesh accepts; throws otherwise.
+Topology topology_of(const MeshData& mesh);
+
+/// Of the bounding box.
+double diagonal(const MeshData& mesh);
+
+}  // namespace osdx::test
