@@ -921,7 +921,7 @@ TEST(PatchBasis, SectorsAgreeWhereTheyMeet) {
             const auto f = surface<2>(basis, p, Chart::Native, net),
                        g = surface<2>(basis, q, Chart::Native, net);
             for (int x = 0; x < 3; ++x) {
-                // The sum f is as small as 1e-2 here, and magnifies rounding.
+                // The sum f is small at large n and d, and magnifies rounding.
                 for (int m = 0; m <= order; ++m)
                     EXPECT_LE(order_max(f[x] - g[x], m), 1e-12 * (1 + order_max(f[x], m)))
                         << describe(c, p) << " order " << m;

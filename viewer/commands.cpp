@@ -71,6 +71,21 @@ struct Measures {
     SurfaceDistance limit;
     Continuity continuity;
     double seconds_points = 0, seconds_evaluate = 0;
+
+    Json report() const {
+        return {{"limit",
+                 {{"distance_max", limit.distance_max},
+                  {"distance_rms", limit.distance_rms},
+                  {"normal_deg_max", limit.normal_deg_max},
+                  {"normal_deg_rms", limit.normal_deg_rms},
+                  {"samples", limit.n_samples}}},
+                {"continuity",
+                 {{"gap_max", continuity.gap_max},
+                  {"normal_jump_deg_max", continuity.normal_jump_deg_max},
+                  {"curvature_jump_max", continuity.curvature_jump_max},
+                  {"curvature_max", continuity.curvature_max},
+                  {"samples", continuity.n_samples}}}};
+    }
 };
 
 Result<Measures> measure(Job& job, const LimitSurface& limit, int rate,
@@ -297,25 +312,13 @@ Status compare_command(const CommandOptions& options) {
         {"mesh", mesh_report(base)},
         {"degree", options.degree},
         {"patches", patch_counts(job->surface.patches())},
-        {"limit",
-         {{"distance_max", m->limit.distance_max},
-          {"distance_rms", m->limit.distance_rms},
-          {"normal_deg_max", m->limit.normal_deg_max},
-          {"normal_deg_rms", m->limit.normal_deg_rms},
-          {"samples", m->limit.n_samples},
-          {"isolation", options.isolation},
-          {"isolation_error", *error}}},
-        {"continuity",
-         {{"gap_max", c.gap_max},
-          {"normal_jump_deg_max", c.normal_jump_deg_max},
-          {"curvature_jump_max", c.curvature_jump_max},
-          {"curvature_max", c.curvature_max},
-          {"samples", c.n_samples}}},
-        {"seconds",
-         {{"build", job->seconds_build},
-          {"points", m->seconds_points},
-          {"evaluate", m->seconds_evaluate}}},
     };
+    report.update(m->report());
+    report["limit"]["isolation"] = options.isolation;
+    report["limit"]["isolation_error"] = *error;
+    report["seconds"] = {{"build", job->seconds_build},
+                         {"points", m->seconds_points},
+                         {"evaluate", m->seconds_evaluate}};
     if (const Status s = write_report(options, report); !s)
         return s;
     progress.print(fmt::format("patches (degree {}): {}\n", options.degree,
@@ -394,10 +397,9 @@ Status demo_command(const CommandOptions& options) {
     progress.print(fmt::format(
         "\nDistance to the Catmull-Clark limit and joins of the patches, by degree\n"
         "(lengths over the bounding-box diagonal, angles in degrees):\n\n"
-        "{:>6} {:>8} {:>11} {:>11} {:>11} {:>9} {:>9} {:>9}  {}\n",
-        "degree", "patches", "distance", "rms", "normal rms", "gap", "normal",
-        "curvature", "multisided"));
-    std::optional<LimitSurface> limit;
+        "{:>6} {:>11} {:>11} {:>11} {:>9} {:>9} {:>9}  {}\n",
+        "degree", "distance", "rms", "normal rms", "gap", "normal", "curvature",
+        "patches"));
     Json table = Json::array();
     for (int degree = 2; degree <= 7; ++degree) {
         own.degree = degree;
@@ -414,24 +416,14 @@ Status demo_command(const CommandOptions& options) {
             return in_file(m.error(), own.input);
         const PatchTable& patches = job->surface.patches();
         const Continuity& c = m->continuity;
-        const Json counts = patch_counts(patches);
-        std::string multisided;
-        for (const auto& [n, k] : counts[degree % 2 ? "ev" : "ef"].items())
-            multisided += fmt::format(" {}({})", k.get<Index>(), n);
         progress.print(fmt::format(
-            "{:>6} {:>8} {:>11.2e} {:>11.2e} {:>11.3f} {:>9.1e} {:>9.1e} {:>9.1e} {}\n",
-            degree, patches.n_patches(), m->limit.distance_max, m->limit.distance_rms,
-            m->limit.normal_deg_rms, c.gap_max, c.normal_jump_deg_max,
-            c.curvature_jump_max, multisided));
-        table.push_back({{"degree", degree},
-                         {"patches", counts},
-                         {"distance_max", m->limit.distance_max},
-                         {"distance_rms", m->limit.distance_rms},
-                         {"normal_deg_max", m->limit.normal_deg_max},
-                         {"normal_deg_rms", m->limit.normal_deg_rms},
-                         {"gap_max", c.gap_max},
-                         {"normal_jump_deg_max", c.normal_jump_deg_max},
-                         {"curvature_jump_max", c.curvature_jump_max}});
+            "{:>6} {:>11.2e} {:>11.2e} {:>11.3f} {:>9.1e} {:>9.1e} {:>9.1e}  {}\n",
+            degree, m->limit.distance_max, m->limit.distance_rms, m->limit.normal_deg_rms,
+            c.gap_max, c.normal_jump_deg_max, c.curvature_jump_max,
+            patch_summary(patches)));
+        Json row = {{"degree", degree}, {"patches", patch_counts(patches)}};
+        row.update(m->report());
+        table.push_back(std::move(row));
     }
     own.json = options.out / "compare.json";
     if (const Status s = write_report(own, table); !s)

@@ -17,8 +17,8 @@ int main(int, char** argv) {
 
     const auto jet = surface->evaluate({.face = 0, .u = 0.25, .v = 0.75});
     const auto n = osdx::normal(jet);
-    std::printf("p = (%g, %g, %g), n = (%g, %g, %g), mean curvature %g\n", jet.p.x, jet.p.y,
-                jet.p.z, n.x, n.y, n.z, osdx::curvature(jet).mean);
+    std::printf("p = (%g, %g, %g), n = (%g, %g, %g), mean curvature %g\n", jet.p.x,
+                jet.p.y, jet.p.z, n.x, n.y, n.z, osdx::curvature(jet).mean);
 
     const auto written = osdx::write_tessellation("surface.ply", surface->tessellate(8));
     return written ? 0 : 1;
