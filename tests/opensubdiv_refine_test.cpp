@@ -11,6 +11,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <memory>
@@ -98,9 +101,10 @@ void descend(const Topology& ours, const Far::TopologyLevel& theirs,
     map = std::move(child);
 }
 
-/// The points of each level, ours against theirs.
+/// The points of each level, ours against theirs. Raises `worst` to the largest distance over
+/// the diagonal.
 template <class T>
-void expect_equal_levels(const MeshData& mesh) {
+void expect_equal_levels(const MeshData& mesh, double* worst = nullptr) {
     const auto refiner = osd_refiner(mesh);
     std::vector<Vec3<T>> points(mesh.positions.begin(), mesh.positions.end());
     const auto theirs = osd_points<T>(*refiner, points);
@@ -131,9 +135,12 @@ void expect_equal_levels(const MeshData& mesh) {
         // and sqrt(m)/2 as a rule; each level adds its own.
         const T tolerance = T(l * (2 + std::sqrt(double(longest_row)))) *
                             std::numeric_limits<T>::epsilon() * T(test::diagonal(mesh));
-        for (Index v = 0; v < points.size(); ++v)
-            ASSERT_LE(glm::distance(points[v], theirs[l][map.vertex[v]].p), tolerance)
-                << "level " << l << ", vertex " << v;
+        for (Index v = 0; v < points.size(); ++v) {
+            const T distance = glm::distance(points[v], theirs[l][map.vertex[v]].p);
+            ASSERT_LE(distance, tolerance) << "level " << l << ", vertex " << v;
+            if (worst)
+                *worst = std::max(*worst, distance / test::diagonal(mesh));
+        }
     }
 }
 
@@ -179,6 +186,36 @@ TEST(OpenSubdivRefine, OtherPolygonsInFloat) {
         if (!has_quads_only(mesh))
             expect_equal_levels<float>(mesh);
     }
+}
+
+// All meshes of the folder OSDX_MESHES that are closed, with their tags ignored on both
+// sides; what build_mesh refuses is counted.
+TEST(OpenSubdivRefine, MeshesOfAFolder) {
+    const char* folder = std::getenv("OSDX_MESHES");
+    if (!folder)
+        GTEST_SKIP() << "OSDX_MESHES names no folder";
+    int n_compared = 0, n_refused = 0;
+    double worst_double = 0, worst_float = 0;
+    for (const auto& file : std::filesystem::recursive_directory_iterator(folder)) {
+        if (file.path().extension() != ".obj" && file.path().extension() != ".off")
+            continue;
+        SCOPED_TRACE(file.path().string());
+        auto mesh = read_mesh(file.path());
+        if (mesh)
+            mesh->tags.clear();
+        if (!mesh || !build_mesh(*mesh)) {
+            ++n_refused;
+            continue;
+        }
+        expect_equal_levels<double>(*mesh, &worst_double);
+        expect_equal_levels<float>(*mesh, &worst_float);
+        ++n_compared;
+    }
+    EXPECT_GT(n_compared, 0);
+    std::printf(
+        "%d meshes at %d levels, largest difference over the diagonal: %.2g in "
+        "double, %.2g in float; %d refused\n",
+        n_compared, kLevels, worst_double, worst_float, n_refused);
 }
 
 }  // namespace
