@@ -10,6 +10,7 @@
 #include "far/types.h"
 #include "osd_ext/limit_surface.h"
 #include "viewer/commands.h"
+#include "viewer/picture.h"
 
 namespace {
 
@@ -116,7 +117,6 @@ void define(Parser& p) {
     p.degree(render);
     p.patch(render);
     p.out(render, "a PNG file");
-    std::vector<int> size;
     render
         ->add_option_function<std::vector<int>>(
             "--size",
@@ -129,7 +129,7 @@ void define(Parser& p) {
         ->check(CLI::Range(16, 16384));
     render->add_option("--shade", p.options.shade, "what the colours show")
         ->check(CLI::IsMember(
-            {"phong", "normals", "reflection", "mean", "gauss", "patches", "distance"}))
+            std::vector<std::string>(osdx::kShadeNames.begin(), osdx::kShadeNames.end())))
         ->capture_default_str();
     render->add_option("--range", p.options.range,
                        "end of the colour scale for mean, gauss and distance");

@@ -19,8 +19,8 @@ namespace osdx {
 enum class Shade : std::uint8_t {
     Phong,       ///< matt clay under three lights, with soft shadows
     Normals,     ///< the unit normal n as red, green, blue = (n + 1) / 2
-    Reflection,  ///< mirror images of parallel light tubes: they break where the normal
-                 ///< jumps, and have kinks where the curvature does
+    Reflection,  ///< mirror images of rings of light about the vertical: they break where
+                 ///< the normal jumps, and have kinks where the curvature does
     Mean,        ///< mean curvature times the diagonal, with the sign of curvature()
     Gauss,       ///< Gauss curvature times the square of the diagonal
     Patches,     ///< kind and level of the patches, and their edges
