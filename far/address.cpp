@@ -27,8 +27,9 @@ QuarterPoint to_quarter(const Topology& base, const Address& address) noexcept {
         return {first + corner, q.x, q.y};
     }
     const int row = tiles_per_row(n);
-    const int i = std::clamp(static_cast<int>(std::floor(address.u)), 0, row - 1);
-    const int j = std::clamp(static_cast<int>(std::floor(address.v)), 0, row - 1);
+    // The nearer tile: an address that rounding left just below a tile belongs to it.
+    const int i = std::clamp(static_cast<int>(std::ceil(address.u - 0.75)), 0, row - 1);
+    const int j = std::clamp(static_cast<int>(std::ceil(address.v - 0.75)), 0, row - 1);
     const int corner = std::min(j * row + i, static_cast<int>(n) - 1);
     const Vec2<double> tile(corner % row, corner / row);
     return {first + corner, 2.0 * std::clamp(address.u - tile.x, 0.0, 0.5),

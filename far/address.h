@@ -29,7 +29,8 @@ struct QuarterPoint {
     double x = 0, y = 0;
 };
 
-/// Outside [0,1]^2 of a quad, or the tiles of another face, the point is clamped.
+/// Outside [0,1]^2 of a quad, or the sub-faces of another face, the point is clamped to the
+/// nearest one along u and v.
 /// \pre address.face < base.n_faces()
 QuarterPoint to_quarter(const Topology& base, const Address& address) noexcept;
 Address to_address(const Topology& base, const QuarterPoint& point) noexcept;

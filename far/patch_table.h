@@ -57,7 +57,7 @@ public:
     Index n_base_points() const noexcept { return n_base_points_; }
     Index n_points() const noexcept { return n_base_points_ + refined_points_.n_rows(); }
     Index n_patches() const noexcept { return static_cast<Index>(patches_.size()); }
-    int n_levels() const noexcept { return n_levels_; }
+    int n_levels() const noexcept { return n_levels_; }  ///< with level 0, the base
     int degree() const noexcept { return degree_; }
     const Topology& base() const noexcept { return base_; }
     std::span<const PatchClass> classes() const noexcept { return classes_; }

@@ -147,6 +147,9 @@ TEST(Address, OutOfRangeIsClamped) {
         }
         const QuarterPoint beyond = to_quarter(t, {0, 0.75, 0.25});
         expect_same(beyond, {t.face_offsets[0], 1, 0.5});
+        // What rounding leaves just below a tile belongs to the tile.
+        const QuarterPoint below = to_quarter(t, {0, 1 - 1e-12, 0.25});
+        expect_same(below, {t.face_offsets[0] + 1, 0, 0.5});
     }
 }
 
