@@ -22,13 +22,14 @@ struct SurfaceJet {
 /// Unit normal du x dv; zero where du and dv are parallel to rounding.
 template <class T>
 Vec3<T> normal(const SurfaceJet<T>& s) noexcept {
-    // In double: the squares of float derivatives of a tiny model underflow.
+    // In double and of unit vectors: the squares of a tiny model's derivatives underflow.
     const Vec3<double> u(s.du), v(s.dv);
-    const Vec3<double> n = glm::cross(u, v);
-    const double length = glm::length(n);
-    // The product of two vectors of these lengths has this much rounding.
-    const double rounding = 1e-14 * glm::length(u) * glm::length(v);
-    return length > rounding ? Vec3<T>(n / length) : Vec3<T>(0);
+    const double u_length = glm::length(u), v_length = glm::length(v);
+    if (!(u_length > 0 && v_length > 0))
+        return Vec3<T>(0);
+    const Vec3<double> n = glm::cross(u / u_length, v / v_length);
+    const double sine = glm::length(n);
+    return sine > 1e-14 ? Vec3<T>(n / sine) : Vec3<T>(0);  // below it is rounding
 }
 
 /// Mean and Gauss curvature; positive mean curvature bends towards the normal. Zero where

@@ -16,27 +16,33 @@ double principal(const Curvature<double>& c) {
     return std::abs(c.mean) + std::sqrt(std::max(0.0, c.mean * c.mean - c.gauss));
 }
 
+/// A half turn where one side alone has no normal.
+double normal_angle(const Vec3<double>& a, const Vec3<double>& b) {
+    const Vec3<double> none(0);
+    if ((a == none) != (b == none))
+        return std::numbers::pi;
+    return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
+}
+
 /// Largest values first met; in lengths of the mesh until the end.
 struct Jumps {
     double gap = 0, angle = 0, mean = 0, gauss = 0, principal = 0;
     std::size_t n = 0;
-    QuarterPoint at_angle, at_mean, at_gauss;
+    QuarterPoint at_gap, at_angle, at_mean, at_gauss;
 
     void add(const SurfaceJet<double>& a, const SurfaceJet<double>& b,
              const QuarterPoint& where) {
         ++n;
-        gap = std::max(gap, glm::length(a.p - b.p));
-        const Vec3<double> na = normal(a), nb = normal(b);
-        const double phi = std::atan2(glm::length(glm::cross(na, nb)), glm::dot(na, nb));
+        raise(gap, glm::length(a.p - b.p), at_gap, where);
+        raise(angle, normal_angle(normal(a), normal(b)), at_angle, where);
         const auto ca = curvature(a), cb = curvature(b);
-        raise(angle, phi, at_angle, where);
         raise(mean, std::abs(ca.mean - cb.mean), at_mean, where);
         raise(gauss, std::abs(ca.gauss - cb.gauss), at_gauss, where);
         principal = std::max({principal, osdx::principal(ca), osdx::principal(cb)});
     }
     void merge(const Jumps& o) {
         n += o.n;
-        gap = std::max(gap, o.gap);
+        raise(gap, o.gap, at_gap, o.at_gap);
         raise(angle, o.angle, at_angle, o.at_angle);
         raise(mean, o.mean, at_mean, o.at_mean);
         raise(gauss, o.gauss, at_gauss, o.at_gauss);
@@ -82,8 +88,8 @@ void measure_cell(const Surface& surface, const Cell& cell, int rate, Jumps& jum
                 quarter_side = 3;
             if (quarter_side >= 0) {
                 there = cross_side(surface.base(), here, quarter_side);
-                // Crossing side 0 or 1 turns the frame by +90 degrees, 2 or 3 by -90.
-                towards = turn(towards, quarter_side < 2 ? 1 : 3);
+                // Crossing side 0 or 2 turns the frame by +90 degrees, 1 or 3 by -90.
+                towards = turn(towards, quarter_side % 2 == 0 ? 1 : 3);
             }
             const PatchPoint a = table.locate(here, inwards - out),
                              b = table.locate(there, towards);

@@ -60,7 +60,8 @@ std::vector<EdgePoint> edge_points(const Surface& s) {
                 if (crossed < 0)
                     return table.locate(at, out);
                 at = cross_side(s.base(), at, crossed);
-                return table.locate(at, turn(out, crossed < 2 ? 1 : 3));
+                // Along sides 0 and 2 x becomes y: a quarter turn; the others turn back.
+                return table.locate(at, turn(out, crossed % 2 == 0 ? 1 : 3));
             };
             // Dyadic, hence exact, and off the corners of cells on the other side.
             for (const double t : {9.0 / 32, 23.0 / 32}) {
@@ -176,10 +177,14 @@ J3 in_spline_parameters(const Surface& s, const PatchPoint& at, const PatchPoint
     return f;
 }
 
+/// The largest coefficient of one order; not a number if one is not.
 double order_max(const J& x, int m) {
     double max = 0;
-    for (int j = 0; j <= m; ++j)
-        max = std::max(max, std::abs(x.c[J::index(m - j, j)]));
+    for (int j = 0; j <= m; ++j) {
+        const double value = std::abs(x.c[J::index(m - j, j)]);
+        if (value > max || std::isnan(value))
+            max = value;
+    }
     return max;
 }
 

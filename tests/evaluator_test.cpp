@@ -195,14 +195,38 @@ TEST(Evaluator, FloatMatchesDouble) {
 
 // ------------------------------------------------------------------------ channels, weights
 
-/// Values of any number of channels at all control points.
+/// Values of any number of channels at all points.
 template <class T>
 std::vector<T> random_channels(const PatchTable& table, int n_channels) {
     std::mt19937 engine(7);
     std::vector<T> values(std::size_t(table.n_points()) * n_channels);
     for (T& x : values)
         x = T(double(engine()) / 4294967296.0 - 0.5);
+    table.refresh_channels<T>(n_channels, values);
     return values;
+}
+
+TEST(PatchTable, RefreshesChannelsLikePoints) {
+    for (const auto& mesh : {prism(7), bipyramid(5)}) {
+        for (const int d : {2, 3, 4}) {
+            const Surface s = build(mesh, d);
+            const PatchTable& table = s.patches();
+            ASSERT_GT(table.n_points(), table.n_base_points());
+            for (const int n_channels : {1, 4, 5}) {
+                const auto values = random_channels<double>(table, n_channels);
+                for (int c = 0; c < n_channels; ++c) {
+                    // The channel as the y of a point.
+                    std::vector<Point> points(table.n_points(), Point(0));
+                    for (Index i = 0; i < table.n_base_points(); ++i)
+                        points[i].y = values[std::size_t(i) * n_channels + c];
+                    table.refresh_points<double>(points);
+                    for (Index i = 0; i < table.n_points(); ++i)
+                        ASSERT_EQ(points[i].y, values[std::size_t(i) * n_channels + c])
+                            << "d" << d << " point " << i << " channel " << c;
+                }
+            }
+        }
+    }
 }
 
 template <class T>

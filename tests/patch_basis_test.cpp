@@ -253,12 +253,19 @@ SurfaceJet<double> surface_jet(const PatchBasis& basis, const DomainPoint& p, Ch
     return {vector(0), vector(1), vector(2), 2.0 * vector(3), vector(4), 2.0 * vector(5)};
 }
 
+/// Raises max to value; once it is not a number it stays so.
+template <class T>
+void raise(T& max, T value) {
+    if (value > max || std::isnan(value))
+        max = value;
+}
+
 /// The largest coefficient of one order.
 template <class T, int Order>
 T order_max(const Jet<T, Order>& x, int m) {
     T max = 0;
     for (int j = 0; j <= m; ++j)
-        max = std::max(max, std::abs(x.c[x.index(m - j, j)]));
+        raise(max, std::abs(x.c[x.index(m - j, j)]));
     return max;
 }
 
@@ -361,10 +368,10 @@ TEST(PatchBasis, EqualsThePublishedFormulas) {
                     Jet<long double, 2> e = expected[i];
                     for (std::size_t k = 0; k < e.c.size(); ++k)
                         e.c[k] -= actual[i].c[k];
-                    error = std::max(error, double(order_max(e, m)));
+                    raise(error, double(order_max(e, m)));
                     scale = std::max(scale, double(order_max(expected[i], m)));
                 }
-                EXPECT_LE(error, 1e-12 * scale) << describe(c, p) << " order " << m;
+                EXPECT_LE(error, 1e-13 * scale) << describe(c, p) << " order " << m;
             }
             EXPECT_NEAR(f_kernel.c[0], double(f.c[0]), 1e-12 * double(f.c[0]))
                 << describe(c, p);
@@ -381,10 +388,10 @@ TEST(PatchBasis, KeepsItsDigitsAtLargeValence) {
             double scale = 0, error = 0;
             for (std::size_t i = 0; i < actual.size(); ++i) {
                 scale = std::max(scale, double(expected[i].c[0]));
-                error =
-                    std::max(error, std::abs(actual[i].c[0] - double(expected[i].c[0])));
+                raise(error, std::abs(actual[i].c[0] - double(expected[i].c[0])));
             }
-            EXPECT_LE(error, 1e-10 * scale) << describe(c, p);
+            // h rounds to 1e-16, and d n / 2 times that of 1 - h counts in EF patches.
+            EXPECT_LE(error, 1e-12 * scale) << describe(c, p);
         }
     }
 }
@@ -417,7 +424,7 @@ TEST(PatchBasis, ReproducesTheReferenceVectors) {
                 basis.from_native({xy.at(0).get<double>(), xy.at(1).get<double>()});
             SCOPED_TRACE(name + " " + describe(c, p));
             const auto jet = surface_jet(basis, p, Chart::Native, net);
-            // The files carry 12 digits or more.
+            // The files carry 12 digits or more; 3e-13 is reached.
             const auto expect = [&](const char* key, const Vec3<double>& actual) {
                 const auto expected = vector(sample.at(key));
                 EXPECT_LE(glm::length(actual - expected),
@@ -1063,6 +1070,36 @@ TEST(PatchBasis, CornersHaveTheLimitOfTheBSpline) {
     }
 }
 
+// Next to a corner one ribbon stands for all: where it does, they differ by rounding only.
+TEST(PatchBasis, EqualsThePublishedFormulasNextToCorners) {
+    for (const auto& c : classes({2, 3, 5}, {3, 5, 8})) {
+        const PatchBasis basis(c);
+        const Net net = random_net(c);
+        for (const double r : {1e-3, 1e-5, 3e-6, 1e-6, 1e-7, 2e-8, 5e-9, 1e-10}) {
+            for (const double phi : {0.2, 0.7, 1.4}) {
+                const DomainPoint p{1, 1 - r * std::cos(phi), 1 - r * std::sin(phi)};
+                const auto actual = surface<1>(basis, p, Chart::Native, net);
+                std::array<Jet<long double, 1>, 3> expected;
+                const auto w = Reference<1>(c, basis.to_native(p)).weights();
+                for (std::size_t i = 0; i < net.size(); ++i) {
+                    for (int x = 0; x < 3; ++x)
+                        expected[x] += static_cast<long double>(net[i][x]) * w[i];
+                }
+                // Derivatives of the blends are about 1 / r, and so is their rounding; the
+                // ribbons differ by r^2, their derivatives by r.
+                for (int x = 0; x < 3; ++x) {
+                    EXPECT_NEAR(actual[x].c[0], double(expected[x].c[0]), 1e-14)
+                        << describe(c, p) << " r " << r;
+                    for (std::size_t k = 1; k < 3; ++k)
+                        EXPECT_NEAR(actual[x].c[k], double(expected[x].c[k]),
+                                    1e-14 / std::max(r, 1e-8))
+                            << describe(c, p) << " r " << r;
+                }
+            }
+        }
+    }
+}
+
 /// Largest difference of the mean curvatures at distance r of a corner from that at it.
 double curvature_spread(const PatchBasis& basis, const Net& net, double r) {
     const double at_corner =
@@ -1072,7 +1109,7 @@ double curvature_spread(const PatchBasis& basis, const Net& net, double r) {
         const double phi = k * std::numbers::pi / 24;
         const DomainPoint p{1, 1 - r * std::cos(phi), 1 - r * std::sin(phi)};
         const double mean = curvature(surface_jet(basis, p, Chart::Native, net)).mean;
-        spread = std::max(spread, std::abs(mean - at_corner));
+        raise(spread, std::abs(mean - at_corner));
     }
     return spread;
 }
