@@ -58,6 +58,29 @@ TEST(LimitSurface, EqualsOursOnARegularMesh) {
     }
 }
 
+// In the sub-faces of pentagons, away from their edges, where Far's patches are regular and
+// so differentiated exactly. Central differences err by h^2 times third derivatives, and by
+// eps/h: 1e-8 for h = 1e-5; second ones of first ones the same.
+TEST(LimitSurface, DifferentiatesInTheFacesOfPolygons) {
+    const Surface s = surface_of(random_displaced(dodecahedron(), 4, 0.05));
+    const LimitSurface limit = limit_of(s);
+    constexpr double h = 1e-5;
+    for (Index q = 0; q < s.base().n_halfedges(); q += 7) {
+        const Address a = to_address(s.base(), {q, 0.55, 0.6});
+        const auto jet = limit.evaluate(a);
+        const auto left = limit.evaluate({a.face, a.u - h, a.v}),
+                   right = limit.evaluate({a.face, a.u + h, a.v}),
+                   below = limit.evaluate({a.face, a.u, a.v - h}),
+                   above = limit.evaluate({a.face, a.u, a.v + h});
+        const double inverse = 1 / (2 * h);
+        EXPECT_LT(glm::length(jet.du - inverse * (right.p - left.p)), 1e-7) << q;
+        EXPECT_LT(glm::length(jet.dv - inverse * (above.p - below.p)), 1e-7) << q;
+        EXPECT_LT(glm::length(jet.duu - inverse * (right.du - left.du)), 1e-7) << q;
+        EXPECT_LT(glm::length(jet.duv - inverse * (above.du - below.du)), 1e-7) << q;
+        EXPECT_LT(glm::length(jet.dvv - inverse * (above.dv - below.dv)), 1e-7) << q;
+    }
+}
+
 TEST(Comparison, FindsNoDistanceOnARegularMesh) {
     const Surface s = surface_of(random_displaced(torus(8, 6), 1, 0.05));
     const LimitSurface limit = limit_of(s);
