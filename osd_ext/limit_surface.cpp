@@ -99,16 +99,16 @@ Result<LimitSurface> LimitSurface::build(const Topology& base,
 }
 
 SurfaceJet<double> LimitSurface::evaluate(const Address& where) const noexcept {
-    // A quad is one Ptex face; another polygon has one per corner, which is our quarter,
-    // twice as wide in its coordinates as in (u, v).
+    // A quad is one Ptex face; another polygon has one per corner, which is our quarter. Its
+    // coordinates are those of the quarter, but Far scales derivatives to the (u, v) of the
+    // face, where a quarter is half as wide.
     int ptex = impl_->ptex_faces[where.face];
-    double u = where.u, v = where.v, scale = 1;
+    double u = where.u, v = where.v;
     if (impl_->base->face_size(where.face) != 4) {
         const QuarterPoint q = to_quarter(*impl_->base, where);
         ptex += static_cast<int>(q.quarter - impl_->base->face_offsets[where.face]);
         u = q.x;
         v = q.y;
-        scale = 2;
     }
     const auto* handle = impl_->map->FindPatch(ptex, u, v);
     double w[6][20];
@@ -124,11 +124,6 @@ SurfaceJet<double> LimitSurface::evaluate(const Address& where) const noexcept {
         s.duv += w[4][i] * p;
         s.dvv += w[5][i] * p;
     }
-    s.du *= scale;
-    s.dv *= scale;
-    s.duu *= scale * scale;
-    s.duv *= scale * scale;
-    s.dvv *= scale * scale;
     return s;
 }
 
