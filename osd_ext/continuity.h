@@ -14,8 +14,7 @@ struct Continuity {
     /// Of the curvature: the larger of the jump of the mean curvature over curvature_max and
     /// of the Gauss curvature over its square.
     double curvature_jump_max = 0;
-    double curvature_max =
-        0;  ///< largest absolute principal curvature met, times diagonal
+    double curvature_max = 0;  ///< largest principal curvature met, times the diagonal
     std::size_t n_samples = 0;
     QuarterPoint worst_normal, worst_curvature;
 };
