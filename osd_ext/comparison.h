@@ -3,8 +3,6 @@
 
 #pragma once
 
-#include <optional>
-
 #include "osd_ext/limit_surface.h"
 #include "osd_ext/tessellation.h"
 

@@ -137,6 +137,7 @@ Continuity measure_continuity(const Surface& surface, int rate) {
     c.gap_max = jumps.gap / diagonal;
     c.normal_jump_deg_max = jumps.angle * 180 / std::numbers::pi;
     c.curvature_max = jumps.principal * diagonal;
+    c.worst_gap = jumps.at_gap;
     c.worst_normal = jumps.at_angle;
     if (jumps.principal > 0) {
         const double mean = jumps.mean / jumps.principal,

@@ -16,7 +16,7 @@ struct Continuity {
     double curvature_jump_max = 0;
     double curvature_max = 0;  ///< largest principal curvature met, times the diagonal
     std::size_t n_samples = 0;
-    QuarterPoint worst_normal, worst_curvature;
+    QuarterPoint worst_gap, worst_normal, worst_curvature;  ///< where these were met
 };
 
 /// Evaluates both patches at `rate` + 1 points of every patch edge, corners included.

@@ -109,6 +109,7 @@ refuses 2 'MESH' info
 refuses 2 'degree' info cube.obj --degree 1
 refuses 2 'degree' info cube.obj --degree three
 refuses 2 'patch' tessellate cube.obj --patch round --out x.obj
+refuses 2 'patch' compare cube.obj --patch catmark
 refuses 2 'unknown|not expected' info cube.obj --unknown
 
 # ------------------------------------------------------------------ bad input
@@ -163,6 +164,7 @@ printf 'face,u\n' >head.csv
 refuses 1 '^osdx: head.csv:1: ' eval cube.obj --at head.csv --out x.csv
 echo '{"kind": "EV", "n": 5, "d": 3, "control": [], "samples": []}' >net_bad.json
 refuses 1 '^osdx: net_bad.json: .*31 points' patch net_bad.json --out x.json
+refuses 1 'patch|built without' render cube.obj --patch catmark --shade patches --out x.png
 refuses 1 'x.step' tessellate cube.obj --out x.step
 refuses 1 'nowhere' tessellate cube.obj --out nowhere/x.obj
 

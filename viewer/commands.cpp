@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 #include <map>
 #include <ostream>
 #include <set>
@@ -111,10 +112,14 @@ Result<Measures> measure(Job& job, const LimitSurface& limit, int rate,
     return m;
 }
 
-/// The picture input of a job; the limit surface has no patches of ours to show.
+/// The picture input of a job. The limit surface has no patches of ours to show.
 PictureInput job_picture(const Job& job) {
     PictureInput input = picture_input(job.surface);
-    input.surface = job.function();
+    if (job.limit) {
+        input.surface = job.function();
+        input.patch = nullptr;
+        input.patch_groups.clear();
+    }
     return input;
 }
 

@@ -11,7 +11,7 @@
 
 namespace osdx {
 
-/// Options of the subcommands, as the command line gives them; see DESIGN in the README.
+/// Options of the subcommands, as the command line gives them.
 struct CommandOptions {
     std::filesystem::path input;
     std::filesystem::path out;
@@ -26,7 +26,6 @@ struct CommandOptions {
     int isolation = 8;
     int width = 960, height = 720;
     bool ignore_tags = false;
-    bool facets_as_triangles = false;
     std::optional<double> range;
     double azimuth = 35, elevation = 25;
 };

@@ -102,7 +102,10 @@ void define(Parser& p) {
               osdx::compare_command);
     p.mesh(compare);
     p.degree(compare);
-    p.patch(compare);
+    // The limit surface is the other side of the comparison.
+    compare->add_option("--patch", p.options.patch, "multisided")
+        ->check(CLI::IsMember({"multisided"}))
+        ->capture_default_str();
     p.rate(compare, 2);
     compare->add_option("--images", p.options.images, "a folder for pictures");
     compare
