@@ -173,61 +173,18 @@ Status check_vertices(const MeshData& data, const std::vector<Corner>& corners,
         Index begin = start;  // of the fan: the clockwise end, or any corner if closed
         for (Index c = cw(start); c != kInvalidIndex && c != start; c = cw(c))
             begin = c;
-        const bool closed = cw(begin) != kInvalidIndex;
-        Index n_faces = 0;
         Index c = begin;
         do {
             seen[c] = true;
-            ++n_faces;
             c = ccw(c);
         } while (c != kInvalidIndex && c != begin);
-        if (closed && n_faces == 2) {
-            return fail(ErrorCode::ValenceTwo,
-                        fmt::format("vertex {} is interior and has two faces only", v), v,
-                        line_of(data.vertex_lines, v));
-        }
-    }
-    return ok();
-}
-
-Status check_closed(const MeshData& data, const std::vector<Corner>& corners,
-                    const std::vector<Index>& twins) {
-    const auto open = std::ranges::find(twins, kInvalidIndex);
-    if (open == twins.end())
-        return ok();
-    const Corner& c = corners[open - twins.begin()];
-    return fail(ErrorCode::OpenBoundary,
-                fmt::format("face {} has no neighbour at the edge of vertices {} and {}: "
-                            "open meshes are not supported yet",
-                            c.face, c.from, c.to),
-                c.face, line_of(data.face_lines, c.face));
-}
-
-/// Refuses tags that change the surface of a closed mesh. Boundary and crease-method tags
-/// do nothing there.
-Status check_tags(const MeshData& data) {
-    for (Index i = 0; i < data.tags.size(); ++i) {
-        const Tag& tag = data.tags[i];
-        const bool neutral =
-            tag.name == "interpolateboundary" || tag.name == "creasemethod" ||
-            tag.name == "facevaryinginterpolateboundary" ||
-            tag.name == "facevaryingpropagatecorners" ||
-            ((tag.name == "crease" || tag.name == "corner") && !tag.floats.empty() &&
-             std::ranges::all_of(tag.floats,
-                                 [](double sharpness) { return sharpness <= 0; }));
-        if (!neutral) {
-            return fail(
-                ErrorCode::UnsupportedTag,
-                fmt::format("tag {} is '{}', which is not supported yet", i, tag.name), i,
-                tag.line);
-        }
     }
     return ok();
 }
 
 }  // namespace
 
-Result<Mesh> build_mesh(const MeshData& data, const MeshOptions& options) {
+Result<Mesh> build_mesh(const MeshData& data) {
     if (const Status s = check_sizes(data); !s)
         return s.error();
     if (const Status s = check_positions(data); !s)
@@ -240,12 +197,6 @@ Result<Mesh> build_mesh(const MeshData& data, const MeshOptions& options) {
         return twins.error();
     if (const Status s = check_vertices(data, corners, *twins); !s)
         return s.error();
-    if (const Status s = check_closed(data, corners, *twins); !s)
-        return s.error();
-    if (!options.ignore_tags) {
-        if (const Status s = check_tags(data); !s)
-            return s.error();
-    }
 
     Mesh mesh;
     mesh.reserve(data.positions.size(), corners.size() / 2, data.face_sizes.size());

@@ -19,14 +19,11 @@ struct MeshTraits : OpenMesh::DefaultTraits {
 /// stages work on the flat arrays of far/topology.h.
 using Mesh = OpenMesh::PolyMesh_ArrayKernelT<MeshTraits>;
 
-struct MeshOptions {
-    bool ignore_tags = false;  ///< take the mesh as if it had no tags
-};
-
 /// Checks the arrays and gives them to OpenMesh, vertex i to vertex i and face i to face i:
-/// nothing is dropped, doubled or renumbered. A vertex that no face uses is kept.
-/// \return every ErrorCode from EmptyMesh to UnsupportedTag, with the element and its line.
-Result<Mesh> build_mesh(const MeshData& data, const MeshOptions& options = {});
+/// nothing is dropped, doubled or renumbered. A vertex that no face uses is kept. Meshes may
+/// be open; tags are left to build_features().
+/// \return every ErrorCode from EmptyMesh to NonManifoldVertex, with the element and its line.
+Result<Mesh> build_mesh(const MeshData& data);
 
 /// The arrays of any OpenMesh polygon mesh, with its numbering.
 /// \pre no element is marked as deleted (call garbage_collection() first)

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "far/features.h"
 #include "far/stencil_table.h"
 #include "far/topology.h"
 #include "far/types.h"
@@ -15,6 +16,8 @@ namespace osdx {
 /// One level of uniform refinement.
 struct RefinedLevel {
     Topology topology;
+    /// What is left of the sharpness on this level; the border is infinitely sharp.
+    Features features;
     /// From the points of the level above to the points of this one: the tables are applied
     /// one after the other. Kept apart, since their product is larger.
     std::vector<StencilTable> factors;
@@ -34,10 +37,15 @@ struct RefinedLevel {
 /// Source: Stam, On subdivision schemes generalizing uniform B-spline surfaces of arbitrary
 /// degree (2001). Differs: next to faces that are no quads the first smoothing takes the
 /// edge points of Catmull and Clark (1978), so that d = 3 is their scheme on every mesh.
+///
+/// Sharp features, odd d: every smoothing keeps corners, and takes (1/4, 1/2, 1/4) along
+/// creases and borders; where sharpness ends on a level, sharp and smooth rules are mixed by
+/// what was left of it. d = 3 is the scheme of OpenSubdiv (DeRose, Kass and Truong 1998), and
+/// a border is refined like the uniform B-spline curve of degree d of its polygon.
 class Refinement {
 public:
-    /// \pre kMinDegree <= degree <= kMaxDegree
-    Refinement(Topology base, int degree);
+    /// \pre kMinDegree <= degree <= kMaxDegree; even degrees: check_closed_and_smooth()
+    Refinement(Topology base, int degree, Features features = {});
 
     int degree() const noexcept { return degree_; }
     int n_levels() const noexcept { return static_cast<int>(levels_.size()); }

@@ -24,9 +24,10 @@ enum class ErrorCode : std::uint8_t {
     NonManifoldEdge,    ///< an edge has three or more faces
     OppositeFaces,      ///< two faces run along their common edge in the same direction
     NonManifoldVertex,  ///< a vertex has two or more fans of faces
-    ValenceTwo,         ///< an interior vertex has two faces only
-    OpenBoundary,       ///< an edge has one face (open meshes are not supported yet)
-    UnsupportedTag,     ///< a tag changes the surface and is not supported yet
+    InvalidTag,         ///< a tag names what is not there, or holds the wrong values
+    UnsupportedTag,     ///< a tag changes the surface in a way that is not supported
+    ValenceTwo,         ///< an interior vertex has two faces only, which surfaces refuse
+    OpenBoundary,       ///< an edge has one face (surfaces of open meshes come later)
     InvalidOption,      ///< an option is outside the range that its comment states
     DeviceFailure,      ///< Embree refused the request
     NotBuilt,           ///< the library was built without the part that this needs

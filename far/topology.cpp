@@ -3,6 +3,9 @@
 
 #include "far/topology.h"
 
+#include <algorithm>
+#include <cassert>
+
 namespace osdx {
 
 Topology build_topology(const Mesh& mesh) {
@@ -17,7 +20,7 @@ Topology build_topology(const Mesh& mesh) {
         do {
             number[h.idx()] = t.n_halfedges();
             const auto v = static_cast<Index>(h.from().idx());
-            if (t.vertex_halfedge[v] == kInvalidIndex)
+            if (t.vertex_halfedge[v] == kInvalidIndex || h.opp().is_boundary())
                 t.vertex_halfedge[v] = t.n_halfedges();
             t.vertex.push_back(v);
             t.edge.push_back(static_cast<Index>(h.edge().idx()));
@@ -60,6 +63,7 @@ Topology split(const Topology& t) {
     // The half of edge(h) next to the start of h. The lower halfedge of the pair owns the
     // first half.
     const auto half = [&](Index h) { return 2 * t.edge[h] + (h < t.twin[h] ? 0 : 1); };
+    const auto other_half = [&](Index h) { return half(h) ^ 1; };
     for (Index h = 0; h < n; ++h) {
         const Index p = t.prev(h);
         const Index q = 4 * h;
@@ -69,18 +73,18 @@ Topology split(const Topology& t) {
         s.vertex[q + 2] = first_face + t.face[h];
         s.vertex[q + 3] = first_edge + t.edge[p];
         // Corner to edge middle to face centre to edge middle and back; see the header.
-        s.twin[q] = 4 * t.next(t.twin[h]) + 3;
+        s.twin[q] = t.is_border(h) ? kInvalidIndex : 4 * t.next(t.twin[h]) + 3;
         s.twin[q + 1] = 4 * t.next(h) + 2;
         s.twin[q + 2] = 4 * p + 1;
-        s.twin[q + 3] = 4 * t.twin[p];
+        s.twin[q + 3] = t.is_border(p) ? kInvalidIndex : 4 * t.twin[p];
         s.edge[q] = half(h);
         s.edge[q + 1] = 2 * t.n_edges + h;
         s.edge[q + 2] = 2 * t.n_edges + p;
-        s.edge[q + 3] = half(t.twin[p]);
+        s.edge[q + 3] = other_half(p);
         for (Index k = 0; k < 4; ++k) {
             s.face[q + k] = h;
             Index& out = s.vertex_halfedge[s.vertex[q + k]];
-            if (out == kInvalidIndex)
+            if (out == kInvalidIndex || s.is_border(q + k))
                 out = q + k;
         }
     }
@@ -98,6 +102,7 @@ Topology dual(const Topology& t, std::vector<Index>* halfedge_map) {
     d.face.reserve(n);
     d.twin.resize(n);
     d.vertex_halfedge.assign(t.n_faces(), kInvalidIndex);
+    assert(std::ranges::find(t.twin, kInvalidIndex) == t.twin.end());
     for (Index v = 0; v < t.n_vertices(); ++v) {
         if (t.vertex_halfedge[v] == kInvalidIndex)
             continue;

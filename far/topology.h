@@ -10,22 +10,23 @@
 
 namespace osdx {
 
-/// Connectivity of a closed polygon mesh in flat arrays.
+/// Connectivity of a polygon mesh, closed or with borders, in flat arrays.
 ///
 /// A halfedge is a corner of a face with the edge that leaves it: the halfedges of face f
-/// are face_offsets[f] .. face_offsets[f + 1], counter-clockwise. All functions are O(1)
-/// but valence().
+/// are face_offsets[f] .. face_offsets[f + 1], counter-clockwise. Nothing lies outside of the
+/// border: an edge there has one halfedge. All functions are O(1) but valence().
 ///
 /// Shapes: face_offsets n_faces + 1; vertex, twin, edge, face n_halfedges;
 /// vertex_halfedge n_vertices.
 struct Topology {
     std::vector<Index> face_offsets{0};
     std::vector<Index> vertex;  ///< where the halfedge starts
-    std::vector<Index> twin;    ///< the halfedge on the other side of the edge
-    std::vector<Index> edge;    ///< shared with the twin
-    std::vector<Index> face;    ///< on the left of the halfedge
     std::vector<Index>
-        vertex_halfedge;  ///< one that starts here; kInvalidIndex if unused
+        twin;  ///< on the other side of the edge; kInvalidIndex at a border
+    std::vector<Index> edge;  ///< shared with the twin
+    std::vector<Index> face;  ///< on the left of the halfedge
+    /// One that starts here, the border's at a border vertex; kInvalidIndex if unused.
+    std::vector<Index> vertex_halfedge;
     Index n_edges = 0;
 
     Index n_vertices() const noexcept {
@@ -45,7 +46,9 @@ struct Topology {
         const Index f = face[h];
         return h == face_offsets[f] ? face_offsets[f + 1] - 1 : h - 1;
     }
-    /// The next halfedge counter-clockwise about the vertex where h starts.
+    bool is_border(Index h) const noexcept { return twin[h] == kInvalidIndex; }
+    /// The next halfedge counter-clockwise about the vertex where h starts; kInvalidIndex
+    /// beyond the last face at a border.
     Index ccw(Index h) const noexcept { return twin[prev(h)]; }
     Index to_vertex(Index h) const noexcept { return vertex[next(h)]; }
 
@@ -59,9 +62,22 @@ struct Topology {
         do {
             f(h);
             h = ccw(h);
-        } while (h != first);
+        } while (h != first && h != kInvalidIndex);
     }
 
+    /// Calls f(edge, other vertex) for the edges at v, counter-clockwise.
+    template <class F>
+    void for_each_edge(Index v, F&& f) const {
+        Index last = kInvalidIndex;
+        for_each_outgoing(v, [&](Index h) {
+            f(edge[h], to_vertex(h));
+            last = prev(h);
+        });
+        if (last != kInvalidIndex && is_border(last))
+            f(edge[last], vertex[last]);
+    }
+
+    /// The number of faces at v.
     Index valence(Index v) const noexcept {
         Index n = 0;
         for_each_outgoing(v, [&](Index) { ++n; });
@@ -81,12 +97,15 @@ MeshData to_mesh_data(const Topology& topology, std::vector<Vec3<double>> positi
 ///
 /// Vertices: those of the mesh, then one per edge, then one per face. Face h of the result
 /// is the quad at halfedge h of the input: corner h, middle of the edge that leaves it, face
-/// centre, middle of the edge that enters it.
+/// centre, middle of the edge that enters it. Its edges: the halves of edge e are 2 e, at the
+/// start of its first halfedge, and 2 e + 1; then one for each halfedge, from the middle of
+/// its edge to the face centre.
 Topology split(const Topology& topology);
 
 /// The dual mesh: its vertex f is face f of the input, its faces are the vertices that have
 /// faces, in their order.
 ///
+/// \pre the mesh is closed
 /// \param halfedge_map  when not null: for each halfedge h of the input, the halfedge of
 ///        the dual that starts at dual vertex face(h) inside the dual face vertex(h).
 Topology dual(const Topology& topology, std::vector<Index>* halfedge_map = nullptr);

@@ -9,6 +9,8 @@
 #include <functional>
 #include <map>
 
+#include "far/features.h"
+
 namespace osdx {
 
 Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& options) {
@@ -17,13 +19,20 @@ Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& optio
                     fmt::format("degree {} is not in {}..{}", options.degree, kMinDegree,
                                 kMaxDegree));
     }
-    const Result<Mesh> mesh = build_mesh(data, {.ignore_tags = options.ignore_tags});
+    const Result<Mesh> mesh = build_mesh(data);
     if (!mesh)
         return mesh.error();
+    Topology topology = build_topology(*mesh);
+    const Result<Features> features =
+        build_features(data, topology, {.ignore_tags = options.ignore_tags});
+    if (!features)
+        return features.error();
+    if (const Status s = check_closed_and_smooth(data, topology, *features); !s)
+        return s.error();
 
     Surface s;
     s.table_ = std::make_unique<const PatchTable>(
-        build_patch_table(build_topology(*mesh), {.degree = options.degree}));
+        build_patch_table(std::move(topology), {.degree = options.degree}));
     s.evaluator_ = std::make_unique<const Evaluator>(*s.table_);
     s.points_.resize(s.table_->n_points());
     std::ranges::copy(data.positions, s.points_.begin());

@@ -28,7 +28,8 @@ struct SurfaceOptions {
 /// Units: those of the mesh. Threads: const members may run at the same time.
 class Surface {
 public:
-    /// \return InvalidOption, or what build_mesh returns.
+    /// \return InvalidOption, or what build_mesh, build_features and check_closed_and_smooth
+    ///         return.
     static Result<Surface> build(const MeshData& mesh,
                                  const SurfaceOptions& options = {});
 

@@ -96,9 +96,9 @@ const std::vector<std::vector<Index>> kTetrahedron = {
     {0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}};
 
 void expect_refusal(const MeshData& data, ErrorCode code, Index element, Index line,
-                    std::string_view words, const MeshOptions& options = {}) {
+                    std::string_view words) {
     SCOPED_TRACE(words);
-    const Result<Mesh> mesh = build_mesh(data, options);
+    const Result<Mesh> mesh = build_mesh(data);
     ASSERT_FALSE(mesh);
     EXPECT_EQ(mesh.error().code, code) << mesh.error().message;
     EXPECT_EQ(mesh.error().element, element);
@@ -193,68 +193,25 @@ TEST(MeshRefuses, AVertexOfTwoFans) {
                    "vertex 3");
 }
 
-TEST(MeshRefuses, AnInteriorVertexOfTwoFaces) {
-    // A tetrahedron with vertex 4 in the middle of an edge.
-    expect_refusal(mesh_of(5, {{0, 4, 1, 2}, {0, 3, 1, 4}, {0, 2, 3}, {1, 3, 2}}),
-                   ErrorCode::ValenceTwo, 4, 15, "vertex 4");
-    expect_refusal(mesh_of(3, {{0, 1, 2}, {0, 2, 1}}), ErrorCode::ValenceTwo, 0, 11,
-                   "vertex 0");
-}
-
-TEST(MeshRefuses, AnOpenMesh) {
-    expect_refusal(mesh_of(3, {{0, 1, 2}}), ErrorCode::OpenBoundary, 0, 101, "face 0");
-    auto faces = kTetrahedron;
-    faces.erase(faces.begin() + 1);
-    expect_refusal(mesh_of(4, faces), ErrorCode::OpenBoundary, 0, 101,
-                   "edge of vertices 0 and 1");
-}
-
-MeshData tagged(Tag tag) {
-    MeshData data = mesh_of(4, kTetrahedron);
-    data.tags = {{"interpolateboundary", {1}, {}, {}, 201}, std::move(tag)};
-    return data;
-}
-
-TEST(MeshRefuses, TagsThatChangeTheSurface) {
-    const Tag tags[] = {{"crease", {0, 1}, {2.5}, {}, 202},
-                        {"crease", {0, 1, 2}, {0.0, 1.0}, {}, 202},
-                        {"corner", {0}, {1.0}, {}, 202},
-                        {"hole", {0}, {}, {}, 202},
-                        {"vertexedit", {0}, {1.0}, {"P"}, 202},
-                        {"smoothtriangles", {1}, {}, {}, 202},
-                        {"no such tag", {}, {}, {}, 202}};
-    for (const Tag& tag : tags) {
-        expect_refusal(tagged(tag), ErrorCode::UnsupportedTag, 1, 202, tag.name);
-        const Result<Mesh> ignored = build_mesh(tagged(tag), {.ignore_tags = true});
-        EXPECT_TRUE(ignored) << tag.name << ": " << ignored.error().message;
+TEST(Mesh, TakesOpenMeshesAndVerticesOfTwoFaces) {
+    const MeshData meshes[] = {
+        mesh_of(3, {{0, 1, 2}}),
+        mesh_of(3, {{0, 1, 2}, {0, 2, 1}}),
+        // A tetrahedron with vertex 4 in the middle of an edge.
+        mesh_of(5, {{0, 4, 1, 2}, {0, 3, 1, 4}, {0, 2, 3}, {1, 3, 2}}),
+    };
+    for (const MeshData& data : meshes) {
+        const Result<Mesh> mesh = build_mesh(data);
+        ASSERT_TRUE(mesh) << mesh.error().message;
+        expect_same(to_mesh_data(*mesh), data);
     }
-}
-
-TEST(Mesh, AcceptsTagsThatDoNothing) {
-    const Tag tags[] = {{"interpolateboundary", {2}, {}, {}, 202},
-                        {"creasemethod", {}, {}, {"chaikin"}, 202},
-                        {"facevaryinginterpolateboundary", {1}, {}, {}, 202},
-                        {"facevaryingpropagatecorners", {1}, {}, {}, 202},
-                        {"crease", {0, 1}, {0.0}, {}, 202},
-                        {"corner", {0, 1}, {0.0, -1.0}, {}, 202}};
-    for (const Tag& tag : tags) {
-        const Result<Mesh> mesh = build_mesh(tagged(tag));
-        EXPECT_TRUE(mesh) << tag.name << ": " << mesh.error().message;
-    }
-}
-
-TEST(MeshRefuses, ABadMeshWhoseTagsAreIgnored) {
-    MeshData data = mesh_of(3, {{0, 1, 2}});
-    data.tags = {{"hole", {0}, {}, {}, 201}};
-    expect_refusal(data, ErrorCode::OpenBoundary, 0, 101, "face 0",
-                   {.ignore_tags = true});
 }
 
 TEST(MeshRefuses, WithoutALineWhereTheMeshHasNone) {
-    MeshData data = mesh_of(3, {{0, 1, 2}});
+    MeshData data = mesh_of(3, {{0, 1, 1}});
     data.face_lines.clear();
     data.vertex_lines.clear();
-    expect_refusal(data, ErrorCode::OpenBoundary, 0, 0, "face 0");
+    expect_refusal(data, ErrorCode::RepeatedVertex, 0, 0, "face 0");
 }
 
 // ---------------------------------------------------------------------- the test meshes

@@ -117,8 +117,14 @@ refuses 2 'unknown|not expected' info cube.obj --unknown
 # refuses_mesh NAME PATTERN LINES: a file that every way of reading it refuses.
 refuses_mesh() {
     printf '%s\n' "$3" >"$1"
-    refuses 1 "^osdx: $1.*$2" tessellate "$1" --rate 2 --out x.ply
+    refuses_surface "$@"
     refuses 1 "^osdx: $1.*$2" subdivide "$1" --out x.obj
+}
+
+# refuses_surface NAME PATTERN LINES: a file that can be refined, but has no surface.
+refuses_surface() {
+    printf '%s\n' "$3" >"$1"
+    refuses 1 "^osdx: $1.*$2" tessellate "$1" --rate 2 --out x.ply
     refuses 1 "^osdx: $1.*$2" info "$1" --json x.json
 }
 
@@ -151,10 +157,10 @@ f 1 6 7
 f 5 7 6"
 refuses_mesh nan.obj ':3: vertex 2 ' "$(sed '3s/.*/v 1 nan -1/' <<<"$vertices")"$'\n'"$faces"
 refuses_mesh inf.obj ':3: vertex 2 ' "$(sed '3s/.*/v 1 inf -1/' <<<"$vertices")"$'\n'"$faces"
-refuses_mesh two.obj ':9: vertex 8 .*two faces' \
+refuses_surface two.obj ':9: vertex 8 .*two faces' \
     "$vertices"$'\n''v 0 -1 -1'$'\n'"$(sed '1s/.*/f 4 3 2 9 1/; 3s/.*/f 1 9 2 6 5/' <<<"$faces")"
-refuses_mesh open.obj 'open meshes' "$vertices"$'\n'"$(sed 1d <<<"$faces")"
-refuses_mesh tag.obj ":15: .*'crease'" "$vertices"$'\n'"$faces"$'\n''t crease 2/1/0 0 1 2.5'
+refuses_surface open.obj 'open meshes' "$vertices"$'\n'"$(sed 1d <<<"$faces")"
+refuses_surface tag.obj ":15: .*'crease'" "$vertices"$'\n'"$faces"$'\n''t crease 2/1/0 0 1 2.5'
 succeeds -- info tag.obj --ignore-tags
 refuses_mesh words.obj ':2: ' "v 0 0 0"$'\n''v one two three'
 

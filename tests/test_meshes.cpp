@@ -361,6 +361,75 @@ std::vector<NamedMesh> closed_meshes() {
     return meshes;
 }
 
+MeshData grid(Index m, Index n) {
+    MeshData mesh;
+    for (Index i = 0; i <= m; ++i) {
+        for (Index j = 0; j <= n; ++j)
+            mesh.positions.emplace_back(i, j, 0);
+    }
+    for (Index i = 0; i < m; ++i) {
+        for (Index j = 0; j < n; ++j) {
+            const Index v = i * (n + 1) + j;
+            mesh.face_sizes.push_back(4);
+            mesh.face_vertices.insert(mesh.face_vertices.end(),
+                                      {v, v + n + 1, v + n + 2, v + 1});
+        }
+    }
+    return mesh;
+}
+
+MeshData border_fan(Index k) {
+    MeshData mesh;
+    mesh.positions.emplace_back(0, 0, 0);
+    for (Index i = 0; i <= 2 * k; ++i) {
+        const double angle = std::numbers::pi * i / (2 * k);
+        const double radius = i % 2 == 0 ? 1 : 1.3;
+        mesh.positions.emplace_back(radius * std::cos(angle), radius * std::sin(angle),
+                                    0);
+    }
+    for (Index i = 0; i < k; ++i) {
+        mesh.face_sizes.push_back(4);
+        mesh.face_vertices.insert(mesh.face_vertices.end(),
+                                  {0, 2 * i + 1, 2 * i + 2, 2 * i + 3});
+    }
+    return mesh;
+}
+
+MeshData without_faces(const MeshData& mesh, const std::vector<Index>& faces) {
+    MeshData result;
+    result.positions = mesh.positions;
+    std::size_t first = 0;
+    for (Index f = 0; f < mesh.face_sizes.size(); ++f) {
+        const Index n = mesh.face_sizes[f];
+        if (std::ranges::find(faces, f) == faces.end()) {
+            result.face_sizes.push_back(n);
+            const auto begin = mesh.face_vertices.begin() + std::ptrdiff_t(first);
+            result.face_vertices.insert(result.face_vertices.end(), begin, begin + n);
+        }
+        first += n;
+    }
+    return result;
+}
+
+std::vector<NamedMesh> open_meshes() {
+    std::vector<NamedMesh> meshes = {
+        {"quad", grid(1, 1)},
+        {"strip", grid(5, 1)},
+        {"grid", grid(3, 4)},
+        {"cube without a face", without_faces(cube(), {2})},
+        {"dodecahedron without two faces", without_faces(dodecahedron(), {0, 7})},
+        {"torus with two gaps", without_faces(torus(5, 6), {7, 20, 21})},
+        {"icosahedron without a face", without_faces(icosahedron(), {3})},
+        {"pole 64 without a cap", without_faces(pole(64, 1, 2), {0})},
+        {"hexagon", without_faces(prism(6), {0, 1, 2, 3, 4, 5, 6})},
+    };
+    for (const Index k : {2u, 3u, 4u, 5u, 6u})
+        meshes.push_back({"fan of " + std::to_string(k), border_fan(k)});
+    for (std::size_t i = 0; i < meshes.size(); ++i)
+        meshes[i].data = random_displaced(meshes[i].data, unsigned(i + 1), 0.05);
+    return meshes;
+}
+
 Topology topology_of(const MeshData& mesh) {
     const Result<Mesh> built = build_mesh(mesh);
     if (!built)

@@ -58,6 +58,19 @@ struct NamedMesh {
 /// A small mesh of each kind above, with generic positions.
 std::vector<NamedMesh> closed_meshes();
 
+/// m x n quads in a plane. Vertex (i, j) is i (n + 1) + j, face (i, j) is i n + j.
+MeshData grid(Index m, Index n);
+
+/// k quads around vertex 0 of the border.
+MeshData border_fan(Index k);
+
+/// The mesh without some of its faces; vertices stay.
+MeshData without_faces(const MeshData& mesh, const std::vector<Index>& faces);
+
+/// Open meshes, slightly displaced: quads and other polygons, border vertices of 1 to 6
+/// faces, several borders, components and loose vertices.
+std::vector<NamedMesh> open_meshes();
+
 /// Of a mesh that build_mesh accepts; throws otherwise.
 Topology topology_of(const MeshData& mesh);
 

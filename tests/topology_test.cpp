@@ -14,13 +14,14 @@ namespace osdx {
 namespace {
 
 /// What the comments of Topology promise.
-void expect_consistent(const Topology& t) {
+void expect_consistent(const Topology& t, Index n_border = 0) {
     ASSERT_EQ(t.face_offsets.front(), 0u);
     ASSERT_EQ(t.face_offsets.back(), t.n_halfedges());
     ASSERT_EQ(t.twin.size(), t.n_halfedges());
     ASSERT_EQ(t.edge.size(), t.n_halfedges());
     ASSERT_EQ(t.face.size(), t.n_halfedges());
-    ASSERT_EQ(t.n_halfedges(), 2 * t.n_edges);
+    ASSERT_EQ(t.n_halfedges() + n_border, 2 * t.n_edges);
+    ASSERT_EQ(std::ranges::count(t.twin, kInvalidIndex), n_border);
     std::vector<int> edge_uses(t.n_edges, 0);
     std::vector<Index> outgoing(t.n_vertices(), 0);
     for (Index f = 0; f < t.n_faces(); ++f) {
@@ -34,17 +35,24 @@ void expect_consistent(const Topology& t) {
     for (Index h = 0; h < t.n_halfedges(); ++h) {
         ASSERT_LT(t.vertex[h], t.n_vertices());
         ASSERT_LT(t.edge[h], t.n_edges);
+        ASSERT_EQ(t.prev(t.next(h)), h);
+        ASSERT_EQ(t.next(t.prev(h)), h);
+        ++edge_uses[t.edge[h]];
+        ++outgoing[t.vertex[h]];
+        if (t.is_border(h)) {
+            ASSERT_EQ(t.vertex_halfedge[t.vertex[h]], h);
+            ++edge_uses[t.edge[h]];
+            continue;
+        }
         ASSERT_LT(t.twin[h], t.n_halfedges());
         ASSERT_NE(t.twin[h], h);
         ASSERT_EQ(t.twin[t.twin[h]], h);
         ASSERT_EQ(t.edge[t.twin[h]], t.edge[h]);
         ASSERT_EQ(t.vertex[t.twin[h]], t.to_vertex(h));
-        ASSERT_EQ(t.prev(t.next(h)), h);
-        ASSERT_EQ(t.next(t.prev(h)), h);
+        if (t.is_border(t.prev(h)))
+            continue;
         ASSERT_EQ(t.vertex[t.ccw(h)], t.vertex[h]);
         ASSERT_EQ(t.to_vertex(t.ccw(h)), t.vertex[t.prev(h)]);
-        ++edge_uses[t.edge[h]];
-        ++outgoing[t.vertex[h]];
     }
     for (Index e = 0; e < t.n_edges; ++e)
         ASSERT_EQ(edge_uses[e], 2) << "edge " << e;
@@ -109,6 +117,34 @@ TEST(Topology, IsConsistent) {
         expect_consistent(split(split(t)));
         expect_consistent(dual(split(t)));
         expect_consistent(split(dual(t)));
+    }
+}
+
+TEST(Topology, IsConsistentWithBorders) {
+    for (const auto& [name, data] : test::open_meshes()) {
+        SCOPED_TRACE(name);
+        const Topology t = test::topology_of(data);
+        const auto n_border =
+            static_cast<Index>(std::ranges::count(t.twin, kInvalidIndex));
+        EXPECT_GT(n_border, 0u);
+        expect_consistent(t, n_border);
+        const Topology s = split(t);
+        expect_consistent(s, 2 * n_border);
+        for (Index h = 0; h < t.n_halfedges(); ++h) {
+            // The halves of an edge, as the header numbers them.
+            const bool first = t.is_border(h) || h < t.twin[h];
+            EXPECT_EQ(s.edge[4 * h], 2 * t.edge[h] + (first ? 0 : 1));
+            EXPECT_EQ(s.edge[4 * t.next(h) + 3], 2 * t.edge[h] + (first ? 1 : 0));
+        }
+        for (Index v = 0; v < t.n_vertices(); ++v) {
+            std::vector<Index> edges;
+            t.for_each_edge(v, [&](Index e, Index) { edges.push_back(e); });
+            const Index h = t.vertex_halfedge[v];
+            EXPECT_EQ(edges.size(),
+                      t.valence(v) + (h != kInvalidIndex && t.is_border(h)));
+            std::ranges::sort(edges);
+            EXPECT_EQ(std::ranges::adjacent_find(edges), edges.end());
+        }
     }
 }
 

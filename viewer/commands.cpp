@@ -5,12 +5,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 #include <ostream>
 #include <set>
 
+#include "far/features.h"
 #include "far/refine.h"
 #include "osd_ext/comparison.h"
 #include "osd_ext/continuity.h"
@@ -38,8 +40,9 @@ std::string one_line(const Json& histogram) {
 }
 
 Json mesh_report(const Topology& t) {
-    // Open meshes are refused, so there are no boundary edges to count.
-    return {{"vertices", t.n_vertices()}, {"faces", t.n_faces()}, {"boundary_edges", 0}};
+    return {{"vertices", t.n_vertices()},
+            {"faces", t.n_faces()},
+            {"boundary_edges", std::ranges::count(t.twin, kInvalidIndex)}};
 }
 
 Index count_components(const Topology& t) {
@@ -233,10 +236,19 @@ Status subdivide_command(const CommandOptions& options) {
     const Result<MeshData> data = read_mesh(options.input);
     if (!data)
         return in_file(data.error(), options.input);
-    const Result<Mesh> mesh = build_mesh(*data, {.ignore_tags = options.ignore_tags});
+    const Result<Mesh> mesh = build_mesh(*data);
     if (!mesh)
         return in_file(mesh.error(), options.input);
     Topology base = build_topology(*mesh);
+    Result<Features> features = build_features(
+        *data, base, {.ignore_tags = options.ignore_tags, .boundary = options.boundary});
+    if (!features)
+        return in_file(features.error(), options.input);
+    if (options.degree % 2 == 0) {
+        const Status s = check_closed_and_smooth(*data, base, *features);
+        if (!s)
+            return in_file(s.error(), options.input);
+    }
     const double n_corners = base.n_halfedges() * std::pow(4.0, options.levels);
     if (n_corners >= double(kInvalidIndex)) {
         return fail(ErrorCode::InvalidOption,
@@ -244,11 +256,12 @@ Status subdivide_command(const CommandOptions& options) {
                                 options.levels, n_corners, kInvalidIndex - 1));
     }
     progress.stage("refining");
-    Refinement refinement(std::move(base), options.degree);
+    Refinement refinement(std::move(base), options.degree, std::move(*features));
     for (int i = 0; i < options.levels; ++i)
         refinement.add_level();
-    const MeshData refined = to_mesh_data(refinement.topology(options.levels),
-                                          refinement.points(data->positions));
+    const RefinedLevel& last = refinement.level(options.levels);
+    MeshData refined = to_mesh_data(last.topology, refinement.points(data->positions));
+    refined.tags = to_tags(last.topology, last.features);
     progress.stage("writing");
     if (const Status s = written(write_mesh(options.out, refined), options.out); !s)
         return s;

@@ -6,6 +6,8 @@
 #include <CLI/CLI.hpp>
 #include <exception>
 #include <functional>
+#include <map>
+#include <string>
 
 #include "far/types.h"
 #include "osd_ext/limit_surface.h"
@@ -37,6 +39,17 @@ struct Parser {
         sub->add_option("MESH", options.input, "an OBJ, OFF or PLY file")->required();
         sub->add_flag("--ignore-tags", options.ignore_tags,
                       "take the mesh as if it had no tags (creases, corners, holes)");
+    }
+    void boundary(CLI::App* sub) {
+        static const std::map<std::string, osdx::BoundaryRule> kRules{
+            {"none", osdx::BoundaryRule::None},
+            {"edge-only", osdx::BoundaryRule::EdgeOnly},
+            {"edge-and-corner", osdx::BoundaryRule::EdgeAndCorner}};
+        sub->add_option("--boundary", options.boundary,
+                        "none: no surface at the border; edge-only: border curves; "
+                        "edge-and-corner: pinned to corners too [the mesh's tag, or "
+                        "edge-only]")
+            ->transform(CLI::CheckedTransformer(kRules));
     }
     void degree(CLI::App* sub) {
         sub->add_option("--degree", options.degree, "of the B-splines")
@@ -70,11 +83,12 @@ void define(Parser& p) {
     CLI::App* subdivide =
         p.add("subdivide", "refine a mesh uniformly", osdx::subdivide_command);
     p.mesh(subdivide);
+    p.boundary(subdivide);
     p.degree(subdivide);
     subdivide->add_option("--levels", p.options.levels, "refinement steps")
         ->check(CLI::Range(0, 12))
         ->capture_default_str();
-    p.out(subdivide, "the refined mesh: OBJ, OFF or PLY");
+    p.out(subdivide, "the refined mesh: OBJ (with the tags that are left), OFF or PLY");
 
     CLI::App* patch =
         p.add("patch", "evaluate one patch from its control net", osdx::patch_command);
