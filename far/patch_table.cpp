@@ -36,8 +36,9 @@ int descend(Vec2<double>& p, Vec2<double>& towards) noexcept {
 /// face) or one 4-valent vertex (even degrees, centred at the vertex).
 class PatchTableBuilder {
 public:
-    PatchTableBuilder(Topology base, int degree)
-        : degree_(degree), refinement_(base, degree) {
+    PatchTableBuilder(Topology base, Features features, int degree)
+        : degree_(degree), refinement_(base, degree, features) {
+        table_.features_ = with_border(base, std::move(features));
         table_.degree_ = degree;
         table_.n_base_points_ = base.n_vertices();
         table_.nodes_.assign(base.n_halfedges(), kInvalidIndex);
@@ -448,8 +449,10 @@ private:
     std::vector<Covered> covered_;
 };
 
-PatchTable build_patch_table(Topology base, const PatchTableOptions& options) {
-    return PatchTableBuilder(std::move(base), options.degree).build();
+PatchTable build_patch_table(Topology base, Features features,
+                             const PatchTableOptions& options) {
+    return PatchTableBuilder(std::move(base), std::move(features), options.degree)
+        .build();
 }
 
 PatchRef PatchTable::patch(Index i) const noexcept {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "far/address.h"
+#include "far/features.h"
 #include "far/patch_class.h"
 #include "far/stencil_table.h"
 #include "far/topology.h"
@@ -60,6 +61,12 @@ public:
     int n_levels() const noexcept { return n_levels_; }  ///< with level 0, the base
     int degree() const noexcept { return degree_; }
     const Topology& base() const noexcept { return base_; }
+    /// Of the base mesh, by with_border(): borders and infinitely sharp edges have
+    /// kInfinitelySharp, faces without surface are holes.
+    const Features& features() const noexcept { return features_; }
+    bool has_surface(Index face) const noexcept {
+        return features_.hole.empty() || !features_.hole[face];
+    }
     std::span<const PatchClass> classes() const noexcept { return classes_; }
     PatchRef patch(Index i) const noexcept;
     const PatchClass& class_of(Index patch) const noexcept {
@@ -113,6 +120,7 @@ private:
     int n_levels_ = 0;
     Index n_base_points_ = 0;
     Topology base_;
+    Features features_;
     StencilTable refined_points_;
     std::vector<PatchClass> classes_;
     std::vector<Record> patches_;
@@ -133,6 +141,7 @@ struct PatchTableOptions {
 /// Source: Hettinga and Kosinka, Multisided B-spline patches over extraordinary regions
 /// (2020), for the control nets.
 /// \pre kMinDegree <= options.degree <= kMaxDegree
-PatchTable build_patch_table(Topology base, const PatchTableOptions& options = {});
+PatchTable build_patch_table(Topology base, Features features,
+                             const PatchTableOptions& options = {});
 
 }  // namespace osdx

@@ -23,16 +23,17 @@ Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& optio
     if (!mesh)
         return mesh.error();
     Topology topology = build_topology(*mesh);
-    const Result<Features> features =
-        build_features(data, topology, {.ignore_tags = options.ignore_tags});
+    Result<Features> features = build_features(
+        data, topology,
+        {.ignore_tags = options.ignore_tags, .boundary = options.boundary});
     if (!features)
         return features.error();
     if (const Status s = check_closed_and_smooth(data, topology, *features); !s)
         return s.error();
 
     Surface s;
-    s.table_ = std::make_unique<const PatchTable>(
-        build_patch_table(std::move(topology), {.degree = options.degree}));
+    s.table_ = std::make_unique<const PatchTable>(build_patch_table(
+        std::move(topology), std::move(*features), {.degree = options.degree}));
     s.evaluator_ = std::make_unique<const Evaluator>(*s.table_);
     s.points_.resize(s.table_->n_points());
     std::ranges::copy(data.positions, s.points_.begin());

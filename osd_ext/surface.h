@@ -4,10 +4,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "eval/evaluator.h"
+#include "far/features.h"
 #include "far/mesh.h"
 #include "far/patch_table.h"
 #include "osd_ext/tessellation.h"
@@ -17,6 +19,7 @@ namespace osdx {
 struct SurfaceOptions {
     int degree = 3;            ///< of the B-splines; kMinDegree to kMaxDegree
     bool ignore_tags = false;  ///< take the mesh as if it had no tags
+    std::optional<BoundaryRule> boundary = {};  ///< instead of the mesh's tag, or EdgeOnly
 };
 
 /// A smooth surface over a closed polygon mesh: regular B-spline patches, and one multisided
@@ -41,6 +44,8 @@ public:
     }
 
     const Topology& base() const noexcept { return table_->base(); }
+    /// Borders, creases, corners and holes; see PatchTable::features().
+    const Features& features() const noexcept { return table_->features(); }
     const PatchTable& patches() const noexcept { return *table_; }
     const Evaluator& evaluator() const noexcept { return *evaluator_; }
     /// The points of patches(): control points of all patches and what they are made from;

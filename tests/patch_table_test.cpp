@@ -28,7 +28,7 @@ constexpr int kLastDegree = 9;
 struct Patches {
     Patches(const MeshData& mesh, int degree)
         : base(test::topology_of(mesh)),
-          table(build_patch_table(base, {.degree = degree})) {}
+          table(build_patch_table(base, {}, {.degree = degree})) {}
 
     Topology base;
     PatchTable table;
