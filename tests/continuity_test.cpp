@@ -159,12 +159,12 @@ J3 in_spline_parameters(const Surface& s, const PatchPoint& at, const PatchPoint
         y.c[1] = b, y.c[2] = a;
     } else {
         const int side =
-            static_cast<int>(at.a == 1 ? at.sector : at.sector + 1) % c.n_sides;
+            static_cast<int>(at.a == 1 ? at.sector : at.sector + 1) % c.n_sectors;
         const double intervals = c.kind == PatchKind::EV ? c.degree - 1 : c.degree;
         // Sides run counter-clockwise, the patch on their left.
         const double sign = on_the_left ? 1 : -1;
         const auto [along, inwards] =
-            side_parameters(c.n_sides, side, basis.to_native(p));
+            side_parameters(c.n_sectors, side, basis.to_native(p));
         std::tie(x, y) = inverse(sign * intervals * along, sign * intervals * inwards);
     }
     for (J& g : f) {

@@ -244,11 +244,8 @@ Status subdivide_command(const CommandOptions& options) {
         *data, base, {.ignore_tags = options.ignore_tags, .boundary = options.boundary});
     if (!features)
         return in_file(features.error(), options.input);
-    if (options.degree % 2 == 0) {
-        const Status s = check_closed_and_smooth(*data, base, *features);
-        if (!s)
-            return in_file(s.error(), options.input);
-    }
+    if (const Status s = check_refinement(*data, base, *features, options.degree); !s)
+        return in_file(s.error(), options.input);
     const double n_corners = base.n_halfedges() * std::pow(4.0, options.levels);
     if (n_corners >= double(kInvalidIndex)) {
         return fail(ErrorCode::InvalidOption,

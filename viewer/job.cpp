@@ -70,10 +70,10 @@ Json patch_counts(const PatchTable& table) {
                 ++regular;
                 break;
             case PatchKind::EV:
-                ++ev[c.n_sides];
+                ++ev[c.n_sectors];
                 break;
             case PatchKind::EF:
-                ++ef[c.n_sides];
+                ++ef[c.n_sectors];
                 break;
         }
     }
