@@ -195,13 +195,15 @@ Result<SurfaceDistance> measure_distance(const Topology& base,
     return d;
 }
 
-Result<double> isolation_error(const Topology& base,
+Result<double> isolation_error(const Topology& base, const Features& features,
                                std::span<const Vec3<double>> positions, int isolation,
                                double unit) {
-    const Result<LimitSurface> a = LimitSurface::build(base, positions, isolation);
+    const Result<LimitSurface> a =
+        LimitSurface::build(base, features, positions, isolation);
     if (!a)
         return a.error();
-    const Result<LimitSurface> b = LimitSurface::build(base, positions, isolation + 2);
+    const Result<LimitSurface> b =
+        LimitSurface::build(base, features, positions, isolation + 2);
     if (!b)
         return b.error();
     // Towards the corner and towards the face centre, past the isolation: elsewhere, and on

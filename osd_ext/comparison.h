@@ -46,7 +46,7 @@ Result<SurfaceDistance> measure_distance(const Topology& base,
 /// that is isolated two levels deeper, over `unit`, sampled where the two differ, close to
 /// vertices and face centres.
 /// \pre 1 <= isolation <= LimitSurface::kMaxIsolation - 2
-Result<double> isolation_error(const Topology& base,
+Result<double> isolation_error(const Topology& base, const Features& features,
                                std::span<const Vec3<double>> positions, int isolation,
                                double unit);
 

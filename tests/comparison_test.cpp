@@ -26,8 +26,8 @@ Surface surface_of(const MeshData& mesh) {
 }
 
 LimitSurface limit_of(const Surface& s, int isolation = 8) {
-    auto l =
-        LimitSurface::build(s.base(), s.points().first(s.base().n_vertices()), isolation);
+    auto l = LimitSurface::build(s.base(), s.features(),
+                                 s.points().first(s.base().n_vertices()), isolation);
     EXPECT_TRUE(l) << (l ? "" : l.error().message);
     return std::move(*l);
 }
@@ -154,8 +154,8 @@ TEST(Comparison, AgreesWithBruteForce) {
 TEST(Comparison, IsolationErrorFallsWithIsolation) {
     const Surface s = surface_of(cube());
     const auto positions = s.points().first(s.base().n_vertices());
-    const auto coarse = isolation_error(s.base(), positions, 2, 1.0);
-    const auto fine = isolation_error(s.base(), positions, 8, 1.0);
+    const auto coarse = isolation_error(s.base(), s.features(), positions, 2, 1.0);
+    const auto fine = isolation_error(s.base(), s.features(), positions, 8, 1.0);
     ASSERT_TRUE(coarse && fine);
     EXPECT_GT(*coarse, 1e-5);
     EXPECT_LT(*fine, *coarse / 4);

@@ -300,12 +300,11 @@ Status compare_command(const CommandOptions& options) {
     const Topology& base = job->surface.base();
     const double diagonal = job->diagonal();
     progress.stage("building the limit surface");
-    const Result<LimitSurface> limit =
-        LimitSurface::build(base, job->mesh.positions, options.isolation);
+    const Result<LimitSurface> limit = job->build_limit(options.isolation);
     if (!limit)
         return in_file(limit.error(), options.input);
-    const Result<double> error =
-        isolation_error(base, job->mesh.positions, options.isolation, diagonal);
+    const Result<double> error = isolation_error(
+        base, job->surface.features(), job->mesh.positions, options.isolation, diagonal);
     if (!error)
         return in_file(error.error(), options.input);
     const Result<Measures> m = measure(*job, *limit, options.rate, progress);
@@ -368,8 +367,7 @@ Status render_command(const CommandOptions& options) {
     PictureInput input = job_picture(*job);
     std::optional<LimitSurface> limit;
     if (options.shade == "distance") {
-        auto built = LimitSurface::build(job->surface.base(), job->mesh.positions,
-                                         options.isolation);
+        auto built = job->build_limit(options.isolation);
         if (!built)
             return in_file(built.error(), options.input);
         limit.emplace(std::move(*built));
@@ -426,7 +424,7 @@ Status demo_command(const CommandOptions& options) {
         if (!job)
             return job.error();
         // The limit surface refers to the base of one job; each job has its own.
-        auto built = LimitSurface::build(job->surface.base(), job->mesh.positions);
+        auto built = job->build_limit(own.isolation);
         if (!built)
             return in_file(built.error(), own.input);
         const Result<Measures> m = measure(*job, *built, kRate, progress);
@@ -459,7 +457,7 @@ Status demo_command(const CommandOptions& options) {
         return s;
 
     progress.print(fmt::format("\nwrote {}\n", glb.string()));
-    auto built = LimitSurface::build(job->surface.base(), job->mesh.positions);
+    auto built = job->build_limit(own.isolation);
     if (!built)
         return in_file(built.error(), own.input);
     const auto picture = [&](const PictureInput& input, Shade shade,
