@@ -219,6 +219,12 @@ Status check_shapes(const MeshData& mesh) {
             fmt::format("the face sizes add up to {}, but there are {} face vertices", n,
                         mesh.face_vertices.size()));
     }
+    if (!mesh.face_uvs.empty() && mesh.face_uvs.size() != n) {
+        return fail(ErrorCode::SizeMismatch,
+                    fmt::format("there are {} face vertices, but {} of them with texture "
+                                "coordinates",
+                                n, mesh.face_uvs.size()));
+    }
     return ok();
 }
 
@@ -460,10 +466,16 @@ void write_obj(std::ostream& stream, const MeshData& mesh) {
     Output out(stream);
     for (const Vec3<double>& p : mesh.positions)
         out.text("v {} {} {}\n", p.x, p.y, p.z);
+    for (const Vec2<double>& uv : mesh.uvs)
+        out.text("vt {} {}\n", uv.x, uv.y);
+    std::size_t corner = 0;
     for_each_face(mesh, [&](std::span<const Index> face) {
         out.text("f");
-        for (const Index v : face)
+        for (const Index v : face) {
             out.text(" {}", std::uint64_t{v} + 1);
+            if (!mesh.face_uvs.empty())
+                out.text("/{}", std::uint64_t{mesh.face_uvs[corner++]} + 1);
+        }
         out.text("\n");
     });
     for (const Tag& tag : mesh.tags)

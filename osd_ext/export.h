@@ -34,9 +34,9 @@ Status write_tessellation(const std::filesystem::path& path,
                           const Tessellation& tessellation);
 
 /// Writes a polygon mesh as OBJ, OFF or PLY, all in text, with the shortest digits that read
-/// back exactly. Tags go into OBJ only. Indices are not checked.
-/// \return InvalidOption for another extension, SizeMismatch if face_sizes and face_vertices
-///         disagree, WriteFailed. Nothing half-written is left.
+/// back exactly. Tags and texture coordinates go into OBJ only. Indices are not checked.
+/// \return InvalidOption for another extension, SizeMismatch if face_sizes, face_vertices
+///         and face_uvs disagree, WriteFailed. Nothing half-written is left.
 Status write_mesh(const std::filesystem::path& path, const MeshData& mesh);
 
 /// Lets `write` fill a stream, and gives the file its name only when that succeeded: a

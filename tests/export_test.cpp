@@ -138,6 +138,22 @@ TEST_F(Export, FacesOfManyVerticesReadBackFromPly) {
     EXPECT_NE(content(folder_ / "mesh.ply").find("list uint uint"), std::string::npos);
 }
 
+TEST_F(Export, TextureCoordinatesReadBackFromObj) {
+    MeshData mesh = random_mesh();
+    for (std::size_t i = 0; i < 1000; ++i)
+        mesh.uvs.emplace_back(1.0 / double(i + 1), -0.1 * double(i));
+    for (std::size_t c = 0; c < mesh.face_vertices.size(); ++c)
+        mesh.face_uvs.push_back(static_cast<Index>(7 * c % 1000));
+    ASSERT_TRUE(write_mesh(folder_ / "mesh.obj", mesh));
+    const auto read = read_mesh(folder_ / "mesh.obj");
+    expect_same(read, mesh);
+    EXPECT_EQ(read->uvs, mesh.uvs);
+    EXPECT_EQ(read->face_uvs, mesh.face_uvs);
+    mesh.face_uvs.pop_back();
+    for (const std::string_view name : {"mesh.obj", "mesh.off"})
+        expect_error(write_mesh(folder_ / name, mesh), ErrorCode::SizeMismatch);
+}
+
 TEST_F(Export, TagsReadBackFromObj) {
     MeshData mesh;
     mesh.positions.resize(3, Vec3<double>(0));
