@@ -184,12 +184,48 @@ Status check_vertices(const MeshData& data, const std::vector<Corner>& corners,
 
 }  // namespace
 
+Status check_uvs(const MeshData& mesh) {
+    if (mesh.face_uvs.empty())
+        return ok();
+    if (mesh.face_uvs.size() != mesh.face_vertices.size()) {
+        return fail(
+            ErrorCode::SizeMismatch,
+            fmt::format("there are texture coordinates for {} face corners, but {} are "
+                        "there",
+                        mesh.face_uvs.size(), mesh.face_vertices.size()));
+    }
+    const Index* corner = mesh.face_uvs.data();
+    for (Index f = 0; f < mesh.face_sizes.size(); ++f) {
+        for (Index c = 0; c < mesh.face_sizes[f]; ++c, ++corner) {
+            if (*corner >= mesh.uvs.size()) {
+                return fail(
+                    ErrorCode::IndexOutOfRange,
+                    fmt::format(
+                        "face {} names texture coordinate {}, but the mesh has {}", f,
+                        *corner, mesh.uvs.size()),
+                    f, line_of(mesh.face_lines, f));
+            }
+            const Vec2<double>& uv = mesh.uvs[*corner];
+            if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) {
+                return fail(
+                    ErrorCode::NonFinitePoint,
+                    fmt::format("face {} names texture coordinate {}, which is ({}, {})",
+                                f, *corner, uv.x, uv.y),
+                    f, line_of(mesh.face_lines, f));
+            }
+        }
+    }
+    return ok();
+}
+
 Result<Mesh> build_mesh(const MeshData& data) {
     if (const Status s = check_sizes(data); !s)
         return s.error();
     if (const Status s = check_positions(data); !s)
         return s.error();
     if (const Status s = check_faces(data); !s)
+        return s.error();
+    if (const Status s = check_uvs(data); !s)
         return s.error();
     const std::vector<Corner> corners = corners_of(data);
     const Result<std::vector<Index>> twins = match_edges(data, corners);

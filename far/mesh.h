@@ -22,7 +22,8 @@ using Mesh = OpenMesh::PolyMesh_ArrayKernelT<MeshTraits>;
 /// Checks the arrays and gives them to OpenMesh, vertex i to vertex i and face i to face i:
 /// nothing is dropped, doubled or renumbered. A vertex that no face uses is kept. Meshes may
 /// be open; tags are left to build_features().
-/// \return every ErrorCode from EmptyMesh to NonManifoldVertex, with the element and its line.
+/// \return every ErrorCode from EmptyMesh to NonManifoldVertex, with the element and its line;
+///         those of check_uvs, with the face.
 Result<Mesh> build_mesh(const MeshData& data);
 
 /// The arrays of any OpenMesh polygon mesh, with its numbering.

@@ -26,25 +26,34 @@ struct Tag {
 /// `Topology::build` is the door.
 ///
 /// Shapes: face_sizes n_faces; face_vertices sum of face_sizes, the faces one after the
-/// other; the two line arrays are empty, or n_vertices and n_faces.
+/// other; face_uvs the same as face_vertices, or empty where the mesh has no texture
+/// coordinates; the two line arrays are empty, or n_vertices and n_faces.
 struct MeshData {
     std::vector<Vec3<double>> positions;
     std::vector<Index> face_sizes;
     std::vector<Index> face_vertices;
+    std::vector<Vec2<double>> uvs;  ///< texture coordinates
+    std::vector<Index> face_uvs;    ///< of each corner in face_vertices
     std::vector<Tag> tags;
 
     std::vector<Index> vertex_lines;  ///< line of the file for each vertex
     std::vector<Index> face_lines;    ///< line of the file for each face
 };
 
-/// Reads OBJ (v, f with n-gons and negative indices, t; other lines are skipped), OFF, or
-/// PLY (text and binary, both byte orders) by the extension of `path`.
+/// Reads OBJ (v, vt, f with n-gons and negative indices, t; other lines are skipped), OFF, or
+/// PLY (text and binary, both byte orders) by the extension of `path`. Texture coordinates
+/// come from OBJ alone; there all corners of all faces have them, or none has.
 ///
 /// Nothing is repaired, dropped or renumbered. Numbers may be nan or inf: the check of the
 /// mesh refuses them by vertex. An index that no unsigned number holds (0 in OBJ, negative
 /// beyond the first vertex) is refused here, since MeshData could not carry it.
-/// \return FileUnreadable, FileFormat, EmptyMesh, IndexOutOfRange or FaceTooSmall, with
-///         the line.
+/// \return FileUnreadable, FileFormat, EmptyMesh, IndexOutOfRange or FaceTooSmall, or what
+///         check_uvs returns; with the line.
 Result<MeshData> read_mesh(const std::filesystem::path& path);
+
+/// \return SizeMismatch, IndexOutOfRange or NonFinitePoint, with the face whose texture
+///         coordinates are not as MeshData has them. Those of no face may be anything.
+/// \pre face_sizes and face_vertices agree
+Status check_uvs(const MeshData& mesh);
 
 }  // namespace osdx

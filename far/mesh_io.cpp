@@ -212,43 +212,108 @@ Result<MeshData> finish(MeshData mesh) {
 
 // ---- OBJ ----
 
-/// Whether the part of a corner after the vertex is "", "/t", "//n" or "/t/n". A number may
-/// be missing, as some writers have it.
-bool is_corner_tail(std::string_view tail) {
-    int n = 0;
-    while (tail.starts_with('/') && n++ < 2) {
-        tail.remove_prefix(1);
-        const std::string_view number = tail.substr(0, tail.find('/'));
-        if (!number.empty() && !parse<std::int64_t>(number))
-            return false;
-        tail.remove_prefix(number.size());
+Status read_obj_uv(Words words, Index line, MeshData& mesh) {
+    const auto i = static_cast<Index>(mesh.uvs.size());
+    const std::string where = fmt::format("texture coordinate {}", i);
+    if (words.empty()) {
+        return fail(ErrorCode::FileFormat, fmt::format("{} has no numbers", where), i,
+                    line);
     }
-    return tail.empty();
+    Vec2<double> uv(0);  // the second number may be missing
+    for (int k = 0; k < 2 && k < static_cast<int>(words.size()); ++k) {
+        const auto x = parse<double>(words[k]);
+        if (!x)
+            return unexpected(where, words[k], "a number", i, line);
+        uv[k] = *x;
+    }
+    mesh.uvs.push_back(uv);
+    return ok();
+}
+
+/// The numbers of a corner "v", "v/vt", "v//vn" or "v/vt/vn". All but the first may be missing
+/// even after a slash, as some writers have it.
+struct ObjCorner {
+    std::int64_t vertex;
+    std::optional<std::int64_t> uv;
+};
+
+std::optional<ObjCorner> parse_obj_corner(std::string_view word) {
+    std::array<std::optional<std::int64_t>, 3> numbers;
+    for (std::size_t n = 0;; ++n) {
+        const std::string_view number = word.substr(0, word.find('/'));
+        if (n == 3 || (n == 0 && number.empty()))
+            return std::nullopt;
+        if (!number.empty() && !(numbers[n] = parse<std::int64_t>(number)))
+            return std::nullopt;
+        if (number.size() == word.size())
+            return ObjCorner{*numbers[0], numbers[1]};
+        word.remove_prefix(number.size() + 1);
+    }
+}
+
+/// From OBJ's count, from 1 or backwards from the last of `n`, to ours from 0.
+Result<std::int64_t> obj_index(const MeshData& mesh, std::int64_t index, std::size_t n,
+                               std::string_view what, std::string_view plural,
+                               Index line) {
+    const auto bad = [&](std::string_view why) {
+        const Index f = next_face(mesh);
+        return fail(ErrorCode::IndexOutOfRange,
+                    fmt::format("face {} names {} {}, {}", f, what, index, why), f, line);
+    };
+    if (index == 0)
+        return bad(fmt::format("but OBJ counts {} from 1", plural));
+    if (index > 0)
+        return index - 1;
+    const auto count = static_cast<std::int64_t>(n);
+    if (index < -count)
+        return bad(fmt::format("but only {} {} precede it", n, plural));
+    return count + index;
 }
 
 Status add_obj_corner(MeshData& mesh, std::string_view word, Index line) {
-    const std::string_view head = word.substr(0, word.find('/'));
-    const auto index = parse<std::int64_t>(head);
-    if (!index || !is_corner_tail(word.substr(head.size()))) {
-        const Index f = next_face(mesh);
+    const Index f = next_face(mesh);
+    const auto corner = parse_obj_corner(word);
+    if (!corner) {
         return unexpected(fmt::format("face {}", f), word,
                           "a corner v, v/vt, v//vn or v/vt/vn", f, line);
     }
-    const auto n = static_cast<std::int64_t>(mesh.positions.size());
-    if (*index == 0)
-        return bad_index(mesh, 0, "but OBJ counts vertices from 1", line);
-    if (*index < -n) {
-        return bad_index(mesh, *index, fmt::format("but only {} vertices precede it", n),
-                         line);
+    const auto vertex = obj_index(mesh, corner->vertex, mesh.positions.size(), "vertex",
+                                  "vertices", line);
+    if (!vertex)
+        return vertex.error();
+    if (corner->uv) {
+        const auto uv = obj_index(mesh, *corner->uv, mesh.uvs.size(),
+                                  "texture coordinate", "texture coordinates", line);
+        if (!uv)
+            return uv.error();
+        // What is beyond 32 bits is beyond the list as well, whose check comes later.
+        mesh.face_uvs.push_back(
+            static_cast<Index>(std::min<std::int64_t>(*uv, kInvalidIndex)));
     }
-    return add_corner(mesh, *index < 0 ? n + *index : *index - 1, line);
+    return add_corner(mesh, *vertex, line);
 }
 
 Status read_obj_face(Words words, Index line, MeshData& mesh) {
     const std::size_t first = mesh.face_vertices.size();
+    const std::size_t first_uv = mesh.face_uvs.size();
     for (const std::string_view word : words) {
         if (Status status = add_obj_corner(mesh, word, line); !status)
             return status;
+    }
+    const Index f = next_face(mesh);
+    const std::size_t n_uvs = mesh.face_uvs.size() - first_uv;
+    if (n_uvs != 0 && n_uvs != words.size()) {
+        return fail(ErrorCode::FileFormat,
+                    fmt::format("face {} has texture coordinates at {} of {} corners", f,
+                                n_uvs, words.size()),
+                    f, line);
+    }
+    if (f > 0 && (n_uvs != 0) != (first_uv != 0)) {
+        return fail(ErrorCode::FileFormat,
+                    fmt::format("face {} has {} texture coordinates, unlike the faces "
+                                "before it",
+                                f, n_uvs == 0 ? "no" : "some"),
+                    f, line);
     }
     return end_face(mesh, first, line);
 }
@@ -326,6 +391,8 @@ Result<MeshData> read_obj(std::string_view text) {
         Status status = ok();
         if (keyword == "v")
             status = read_vertex(words, lines.line(), mesh);
+        else if (keyword == "vt")
+            status = read_obj_uv(words, lines.line(), mesh);
         else if (keyword == "f")
             status = read_obj_face(words, lines.line(), mesh);
         else if (keyword == "t")
@@ -333,6 +400,8 @@ Result<MeshData> read_obj(std::string_view text) {
         if (!status)
             return status.error();
     }
+    if (const Status status = check_uvs(mesh); !status)
+        return status.error();
     return finish(std::move(mesh));
 }
 

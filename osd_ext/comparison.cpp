@@ -127,7 +127,8 @@ Result<Sums> measure_one_way(const Topology& base, const Features& features,
                              const SurfaceFunction& from, const SurfaceFunction& to,
                              int rate, double unit) {
     std::optional<TessellatedScene> scene;
-    Result<TessellatedScene> built = TessellatedScene::build(tessellate(base, rate, to));
+    Result<TessellatedScene> built =
+        TessellatedScene::build(tessellate(base, {}, rate, to));
     if (built)
         scene.emplace(std::move(*built));
     else if (built.error().code != ErrorCode::NotBuilt)

@@ -80,6 +80,48 @@ private:
     std::string buffer_;
 };
 
+// ---- Vertices of formats with one index ----
+
+/// Facet corners that agree in all of their indices, as one vertex; in the order of the
+/// points, and without those of no facet.
+struct MergedCorners {
+    std::vector<std::size_t> corners;  ///< of each vertex: one of its corners
+    std::vector<Index> vertices;       ///< of each corner
+};
+
+/// \pre check_shapes(t)
+MergedCorners merge_corners(const Tessellation& t) {
+    // A list for each point: `next` of a vertex is another vertex of its point.
+    std::vector<Index> first(t.positions.size(), kInvalidIndex), next;
+    MergedCorners found;
+    found.vertices.resize(t.facet_points.size());
+    for (std::size_t c = 0; c < t.facet_points.size(); ++c) {
+        Index* v = &first[t.facet_points[c]];
+        while (*v != kInvalidIndex &&
+               t.facet_normals[found.corners[*v]] != t.facet_normals[c])
+            v = &next[*v];
+        if (*v == kInvalidIndex) {
+            *v = static_cast<Index>(next.size());
+            found.vertices[c] = *v;
+            found.corners.push_back(c);
+            next.push_back(kInvalidIndex);
+        } else {
+            found.vertices[c] = *v;
+        }
+    }
+    std::vector<Index> number(next.size());
+    MergedCorners result;
+    for (const Index head : first) {
+        for (Index v = head; v != kInvalidIndex; v = next[v]) {
+            number[v] = static_cast<Index>(result.corners.size());
+            result.corners.push_back(found.corners[v]);
+        }
+    }
+    for (const Index v : found.vertices)
+        result.vertices.push_back(number[v]);
+    return result;
+}
+
 // ---- Checks ----
 
 std::uint64_t sum(std::span<const Index> sizes) {
@@ -87,6 +129,18 @@ std::uint64_t sum(std::span<const Index> sizes) {
     for (const Index size : sizes)
         n += size;
     return n;
+}
+
+/// Of facet corners, into an array of n elements.
+Status check_indices(std::span<const Index> indices, std::string_view name,
+                     std::size_t n) {
+    const auto worst = std::ranges::max_element(indices);
+    if (worst != indices.end() && *worst >= n) {
+        return fail(ErrorCode::IndexOutOfRange,
+                    fmt::format("corner {} of the facets names {} {}, but there are {}",
+                                worst - indices.begin(), name, *worst, n));
+    }
+    return ok();
 }
 
 Status check_shapes(const Tessellation& t) {
@@ -100,21 +154,17 @@ Status check_shapes(const Tessellation& t) {
                         i);
         }
     }
-    if (t.normals.size() != t.positions.size() ||
-        t.facet_faces.size() != t.facet_sizes.size() ||
+    if (t.facet_faces.size() != t.facet_sizes.size() ||
         t.facet_points.size() != sum(t.facet_sizes) ||
+        t.facet_normals.size() != t.facet_points.size() ||
         t.facet_uvs.size() != t.facet_points.size()) {
         return fail(ErrorCode::SizeMismatch,
                     "the arrays of the tessellation do not match in length");
     }
-    const auto worst = std::ranges::max_element(t.facet_points);
-    if (*worst >= t.positions.size()) {
-        return fail(
-            ErrorCode::IndexOutOfRange,
-            fmt::format("corner {} of the facets names point {}, but there are {}",
-                        worst - t.facet_points.begin(), *worst, t.positions.size()));
-    }
-    return ok();
+    if (Status status = check_indices(t.facet_points, "point", t.positions.size());
+        !status)
+        return status;
+    return check_indices(t.facet_normals, "normal", t.normals.size());
 }
 
 /// Whether the positions fit into floats; not if one is nan or infinite.
@@ -153,7 +203,7 @@ Status check_glb(const Tessellation& t) {
     // The lengths in the file are 32 bits wide. The headers take about 1 kB.
     constexpr std::uint64_t kMax = kMax32 - 4096;
     const std::uint64_t n_bytes =
-        24 * std::uint64_t{t.positions.size()} + 12 * n_triangles(t);
+        24 * std::uint64_t{merge_corners(t).corners.size()} + 12 * n_triangles(t);
     if (n_bytes > kMax) {
         return fail(ErrorCode::WriteFailed,
                     fmt::format("{} bytes of data are too many for GLB", n_bytes));
@@ -168,6 +218,12 @@ Status check_shapes(const MeshData& mesh) {
             ErrorCode::SizeMismatch,
             fmt::format("the face sizes add up to {}, but there are {} face vertices", n,
                         mesh.face_vertices.size()));
+    }
+    if (!mesh.face_uvs.empty() && mesh.face_uvs.size() != n) {
+        return fail(ErrorCode::SizeMismatch,
+                    fmt::format("there are {} face vertices, but {} of them with texture "
+                                "coordinates",
+                                n, mesh.face_uvs.size()));
     }
     return ok();
 }
@@ -215,14 +271,15 @@ void write_obj(std::ostream& stream, const Tessellation& t) {
     for_each_facet(t, [&](Index, std::size_t first, std::size_t end) {
         out.text("f");
         for (std::size_t c = first; c < end; ++c) {
-            const std::uint64_t p = std::uint64_t{t.facet_points[c]} + 1;
-            out.text(" {}/{}/{}", p, c + 1, p);
+            out.text(" {}/{}/{}", std::uint64_t{t.facet_points[c]} + 1, c + 1,
+                     std::uint64_t{t.facet_normals[c]} + 1);
         }
         out.text("\n");
     });
 }
 
 void write_ply(std::ostream& stream, const Tessellation& t) {
+    const MergedCorners merged = merge_corners(t);
     Output out(stream);
     out.text(
         "ply\n"
@@ -236,17 +293,17 @@ void write_ply(std::ostream& stream, const Tessellation& t) {
         "property uint base_face\n"
         "property list uchar float texcoord\n"
         "end_header\n",
-        t.positions.size(), t.facet_sizes.size());
-    for (std::size_t i = 0; i < t.positions.size(); ++i) {
+        merged.corners.size(), t.facet_sizes.size());
+    for (const std::size_t c : merged.corners) {
         for (int k = 0; k < 3; ++k)
-            out.bytes(t.positions[i][k]);
-        out.bytes(Vec3<float>(t.normals[i]));
+            out.bytes(t.positions[t.facet_points[c]][k]);
+        out.bytes(Vec3<float>(t.normals[t.facet_normals[c]]));
     }
     for_each_facet(t, [&](Index i, std::size_t first, std::size_t end) {
         const std::size_t n = end - first;
         out.bytes(static_cast<std::uint8_t>(n));
         for (std::size_t c = first; c < end; ++c)
-            out.bytes(t.facet_points[c]);
+            out.bytes(merged.vertices[c]);
         out.bytes(t.facet_faces[i]);
         out.bytes(static_cast<std::uint8_t>(2 * n));
         for (std::size_t c = first; c < end; ++c) {
@@ -284,16 +341,20 @@ void write_stl(std::ostream& stream, const Tessellation& t) {
 
 // ---- GLB ----
 
-/// glTF wants normals of unit length: a point where the surface has none gets that of the
-/// triangles around it.
-std::vector<Vec3<double>> unit_normals(const Tessellation& t, const Triangles& tris) {
-    std::vector<Vec3<double>> sums(t.normals.size(), Vec3<double>(0));
-    for (const std::array<Index, 3>& triangle : tris) {
-        for (const Index p : triangle)
-            sums[p] += area_vector(t, triangle);
+/// glTF wants normals of unit length: a vertex where the surface has none gets that of its
+/// triangles.
+std::vector<Vec3<double>> unit_normals(const Tessellation& t, const Triangles& corners,
+                                       const MergedCorners& merged) {
+    const Triangles tris = triangles(t);
+    std::vector<Vec3<double>> sums(merged.corners.size(), Vec3<double>(0));
+    for (std::size_t i = 0; i < tris.size(); ++i) {
+        for (const Index c : corners[i])
+            sums[merged.vertices[c]] += area_vector(t, tris[i]);
     }
-    for (std::size_t i = 0; i < sums.size(); ++i)
-        sums[i] = unit_or(t.normals[i], unit_or(sums[i], Vec3<double>(0, 0, 1)));
+    for (std::size_t v = 0; v < sums.size(); ++v) {
+        sums[v] = unit_or(t.normals[t.facet_normals[merged.corners[v]]],
+                          unit_or(sums[v], Vec3<double>(0, 0, 1)));
+    }
     return sums;
 }
 
@@ -334,17 +395,22 @@ void add_vectors(tinygltf::Model& model, std::span<const Vec3<double>> vectors) 
     accessor.maxValues = {upper.x, upper.y, upper.z};
 }
 
-tinygltf::Model make_model(const Tessellation& t, const Triangles& tris) {
+tinygltf::Model make_model(const Tessellation& t) {
+    const MergedCorners merged = merge_corners(t);
+    const Triangles tris = triangle_corners(t);
     tinygltf::Model model;
     model.asset.version = "2.0";
     model.asset.generator = "osdx";
     model.buffers.emplace_back();
 
-    add_vectors(model, t.positions);
-    add_vectors(model, unit_normals(t, tris));
+    std::vector<Vec3<double>> positions;
+    for (const std::size_t c : merged.corners)
+        positions.push_back(t.positions[t.facet_points[c]]);
+    add_vectors(model, positions);
+    add_vectors(model, unit_normals(t, tris, merged));
     for (const std::array<Index, 3>& triangle : tris) {
-        for (const Index p : triangle)
-            append_bytes(model.buffers[0].data, p);
+        for (const Index c : triangle)
+            append_bytes(model.buffers[0].data, merged.vertices[c]);
     }
     end_view(model, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER,
              TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR, 3 * tris.size());
@@ -367,7 +433,7 @@ tinygltf::Model make_model(const Tessellation& t, const Triangles& tris) {
 }
 
 void write_glb(std::ostream& stream, const Tessellation& t) {
-    const tinygltf::Model model = make_model(t, triangles(t));
+    const tinygltf::Model model = make_model(t);
     if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, stream, false, true))
         stream.setstate(std::ios::failbit);
 }
@@ -400,10 +466,16 @@ void write_obj(std::ostream& stream, const MeshData& mesh) {
     Output out(stream);
     for (const Vec3<double>& p : mesh.positions)
         out.text("v {} {} {}\n", p.x, p.y, p.z);
+    for (const Vec2<double>& uv : mesh.uvs)
+        out.text("vt {} {}\n", uv.x, uv.y);
+    std::size_t corner = 0;
     for_each_face(mesh, [&](std::span<const Index> face) {
         out.text("f");
-        for (const Index v : face)
+        for (const Index v : face) {
             out.text(" {}", std::uint64_t{v} + 1);
+            if (!mesh.face_uvs.empty())
+                out.text("/{}", std::uint64_t{mesh.face_uvs[corner++]} + 1);
+        }
         out.text("\n");
     });
     for (const Tag& tag : mesh.tags)

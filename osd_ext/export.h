@@ -15,8 +15,8 @@ namespace osdx {
 
 /// Writes a tessellation by the extension of `path`:
 ///
-/// OBJ   points as v and vn, a vt for each facet corner, facets as f v/vt/vn; the shortest
-///       digits that read back exactly.
+/// OBJ   points as v, normals as vn, a vt for each facet corner, facets as f v/vt/vn; the
+///       shortest digits that read back exactly.
 /// PLY   binary, little endian: vertices with double x y z and float nx ny nz; faces with
 ///       uchar/uint list vertex_indices, uint base_face, uchar/float list texcoord (u0 v0 u1
 ///       v1 ..., of the corners in base_face).
@@ -24,6 +24,9 @@ namespace osdx {
 /// GLB   glTF 2.0: one mesh of triangles, float positions and normals, a double sided
 ///       material. Coordinates are not turned, though glTF takes y for up. Where the surface
 ///       has no normal, that of the triangles around the point stands in.
+///
+/// In PLY and GLB a vertex has one normal: a point with several is there as often, with equal
+/// bits. Points of no facet are left out of them.
 /// \return InvalidOption for another extension; EmptyMesh, SizeMismatch or IndexOutOfRange
 ///         for a tessellation against its shapes; WriteFailed, also where the format has
 ///         too few bits (STL, GLB). Nothing half-written is left.
@@ -31,9 +34,9 @@ Status write_tessellation(const std::filesystem::path& path,
                           const Tessellation& tessellation);
 
 /// Writes a polygon mesh as OBJ, OFF or PLY, all in text, with the shortest digits that read
-/// back exactly. Tags go into OBJ only. Indices are not checked.
-/// \return InvalidOption for another extension, SizeMismatch if face_sizes and face_vertices
-///         disagree, WriteFailed. Nothing half-written is left.
+/// back exactly. Tags and texture coordinates go into OBJ only. Indices are not checked.
+/// \return InvalidOption for another extension, SizeMismatch if face_sizes, face_vertices
+///         and face_uvs disagree, WriteFailed. Nothing half-written is left.
 Status write_mesh(const std::filesystem::path& path, const MeshData& mesh);
 
 /// Lets `write` fill a stream, and gives the file its name only when that succeeded: a

@@ -96,9 +96,10 @@ SurfaceFunction Surface::function() const {
 }
 
 Tessellation Surface::tessellate(int rate) const {
-    return osdx::tessellate(base(), rate, [this](const QuarterPoint& p) {
-        return evaluator_->evaluate<double, 1>(points_, p);
-    });
+    return osdx::tessellate(base(), table_->features(), rate,
+                            [this](const QuarterPoint& p) {
+                                return evaluator_->evaluate<double, 1>(points_, p);
+                            });
 }
 
 }  // namespace osdx

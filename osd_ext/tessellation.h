@@ -9,25 +9,29 @@
 
 #include "eval/surface_jet.h"
 #include "far/address.h"
+#include "far/features.h"
 #include "far/types.h"
 
 namespace osdx {
 
 /// The surface as a watertight mesh of small facets, each inside one base face.
 ///
-/// Shapes: positions, normals, addresses n_points; facet_sizes and facet_faces n_facets;
-/// facet_points and facet_uvs sum of facet_sizes.
+/// Shapes: positions, addresses n_points; normals n_normals; facet_sizes and facet_faces
+/// n_facets; facet_points, facet_normals and facet_uvs sum of facet_sizes.
 ///
 /// A point that faces share is stored once, evaluated from its first face, so the facets on
-/// both sides have it equal to the bit.
+/// all sides have it equal to the bit. A normal is that of one side of the sharp edges at its
+/// point: normal i, for i < n_points, is that of point i at addresses[i]; those of the other
+/// sides follow. Without sharp edges facet_normals is facet_points.
 struct Tessellation {
     std::vector<Vec3<double>> positions;
-    std::vector<Vec3<double>> normals;  ///< unit; zero where the surface has no normal
     std::vector<Address> addresses;     ///< where the point was evaluated
+    std::vector<Vec3<double>> normals;  ///< unit; zero where the surface has no normal
 
     std::vector<Index> facet_sizes;       ///< 3 or 4
     std::vector<Index> facet_faces;       ///< the base face that the facet lies in
     std::vector<Index> facet_points;      ///< corners, counter-clockwise
+    std::vector<Index> facet_normals;     ///< of each corner
     std::vector<Vec2<double>> facet_uvs;  ///< (u, v) of each corner in facet_faces[i]
 };
 
@@ -35,15 +39,26 @@ struct Tessellation {
 /// threads at the same time.
 using SurfaceFunction = std::function<SurfaceJet<double>(const QuarterPoint&)>;
 
-/// Tessellates every base face of n corners into rings of quads: every edge of the mesh gets
-/// `rate` segments. At even rates no facet leaves its quarter of the face; at odd rates the
-/// facets on the middle lines do, with a triangle, a quad or a fan of triangles in the centre.
+/// Tessellates every base face of n corners that is no hole into rings of quads: every edge
+/// of the mesh gets `rate` segments. At even rates no facet leaves its quarter of the face; at
+/// odd rates the facets on the middle lines do, with a triangle, a quad or a fan of triangles
+/// in the centre.
 ///
-/// Threads: goes wide; the result does not depend on their number.
+/// The sides of a vertex are the fans of faces between its infinitely sharp edges; a vertex
+/// where one such edge ends has one side. Holes have no facets, and no points of their own;
+/// the surface is not evaluated there.
+///
+/// Threads: goes wide; the result does not depend on their number. O(result).
+/// \param features  sharp edges and holes of the base, as PatchTable::features() has them
 /// \pre rate >= 1
-Tessellation tessellate(const Topology& base, int rate, const SurfaceFunction& surface);
+Tessellation tessellate(const Topology& base, const Features& features, int rate,
+                        const SurfaceFunction& surface);
 
-/// The facets cut into triangles, a quad along the diagonal from its first corner.
+/// The facets cut into triangles, a quad along the diagonal from its first corner: places in
+/// facet_points, facet_normals and facet_uvs.
+std::vector<std::array<Index, 3>> triangle_corners(const Tessellation& tessellation);
+
+/// The same triangles as points.
 std::vector<std::array<Index, 3>> triangles(const Tessellation& tessellation);
 
 }  // namespace osdx

@@ -141,7 +141,7 @@ TEST(Comparison, AgreesWithBruteForce) {
     const Surface s = surface_of(cube());
     const LimitSurface limit = limit_of(s);
     const SurfaceFunction to = surface_function(s.base(), limit);
-    const Tessellation dense = tessellate(s.base(), 128, to);
+    const Tessellation dense = tessellate(s.base(), {}, 128, to);
     for (const Index q : {Index(0), Index(5), Index(17)}) {
         const Vec3<double> p = s.function()({q, 0.2, 0.3}).p;
         double brute = INFINITY;

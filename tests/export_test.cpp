@@ -138,6 +138,22 @@ TEST_F(Export, FacesOfManyVerticesReadBackFromPly) {
     EXPECT_NE(content(folder_ / "mesh.ply").find("list uint uint"), std::string::npos);
 }
 
+TEST_F(Export, TextureCoordinatesReadBackFromObj) {
+    MeshData mesh = random_mesh();
+    for (std::size_t i = 0; i < 1000; ++i)
+        mesh.uvs.emplace_back(1.0 / double(i + 1), -0.1 * double(i));
+    for (std::size_t c = 0; c < mesh.face_vertices.size(); ++c)
+        mesh.face_uvs.push_back(static_cast<Index>(7 * c % 1000));
+    ASSERT_TRUE(write_mesh(folder_ / "mesh.obj", mesh));
+    const auto read = read_mesh(folder_ / "mesh.obj");
+    expect_same(read, mesh);
+    EXPECT_EQ(read->uvs, mesh.uvs);
+    EXPECT_EQ(read->face_uvs, mesh.face_uvs);
+    mesh.face_uvs.pop_back();
+    for (const std::string_view name : {"mesh.obj", "mesh.off"})
+        expect_error(write_mesh(folder_ / name, mesh), ErrorCode::SizeMismatch);
+}
+
 TEST_F(Export, TagsReadBackFromObj) {
     MeshData mesh;
     mesh.positions.resize(3, Vec3<double>(0));
@@ -197,6 +213,7 @@ Tessellation house() {
     t.facet_sizes = {4, 3};
     t.facet_faces = {7, 9};
     t.facet_points = {0, 1, 2, 3, 3, 2, 4};
+    t.facet_normals = t.facet_points;
     t.facet_uvs = {{0, 0}, {1.0 / 3, 0}, {1.0 / 3, 0.1},  {0, 0.1},
                    {1, 0}, {1, 1},       {0.7, 0.1 + 0.2}};
     return t;
@@ -272,34 +289,6 @@ TEST_F(Export, PlyHoldsPositionsExactlyAndTheBaseFaces) {
         EXPECT_NE(text.find(std::string(line) + "\n"), std::string::npos) << line;
 }
 
-TEST_F(Export, StlHoldsTrianglesWithTheirNormals) {
-    const Tessellation t = house();
-    ASSERT_TRUE(write_tessellation(folder_ / "house.stl", t));
-    const std::string text = content(folder_ / "house.stl");
-    ASSERT_EQ(text.size(), 84 + 3 * 50u);
-    EXPECT_FALSE(text.starts_with("solid"));
-    std::string_view bytes = text;
-    bytes.remove_prefix(80);
-    EXPECT_EQ(take<std::uint32_t>(bytes), 3u);
-    const std::vector<std::array<Index, 3>> triangles = {{0, 1, 2}, {0, 2, 3}, {3, 2, 4}};
-    for (const auto& triangle : triangles) {
-        EXPECT_EQ(take_vector(bytes), Vec3<float>(0, 0, 1));
-        for (const Index p : triangle)
-            EXPECT_EQ(take_vector(bytes), Vec3<float>(t.positions[p]));
-        EXPECT_EQ(take<std::uint16_t>(bytes), 0);
-    }
-}
-
-TEST_F(Export, StlNormalOfATriangleWithoutAreaIsZero) {
-    Tessellation t = house();
-    t.positions[4] = t.positions[3];
-    ASSERT_TRUE(write_tessellation(folder_ / "house.stl", t));
-    const std::string text = content(folder_ / "house.stl");
-    std::string_view bytes = text;
-    bytes.remove_prefix(84 + 2 * 50);
-    EXPECT_EQ(take_vector(bytes), Vec3<float>(0));
-}
-
 /// A GLB file, cut into its chunks.
 struct Glb {
     nlohmann::json json;
@@ -335,6 +324,92 @@ Glb read_glb(const fs::path& path) {
     glb.binary = bytes;
     EXPECT_EQ(glb.json["buffers"][0]["byteLength"], glb.binary.size());
     return glb;
+}
+
+/// The house with a sharp eave: at points 2 and 3 the triangle has normals of its own. A
+/// point and a normal of no facet.
+Tessellation house_with_eave() {
+    Tessellation t = house();
+    t.normals.insert(t.normals.end(), {{1, 0, 0}, {0.8, 0, 0.6}});
+    t.facet_normals = {0, 1, 2, 3, 6, 5, 4};
+    t.positions.emplace_back(9, 9, 9);
+    t.normals.emplace_back(0, 1, 0);
+    return t;
+}
+
+TEST_F(Export, ObjNamesTheNormalOfEachSide) {
+    ASSERT_TRUE(write_tessellation(folder_ / "house.obj", house_with_eave()));
+    const std::string text = content(folder_ / "house.obj");
+    EXPECT_NE(text.find("f 1/1/1 2/2/2 3/3/3 4/4/4\nf 4/5/7 3/6/6 5/7/5\n"),
+              std::string::npos)
+        << text;
+}
+
+TEST_F(Export, PlyAndGlbHaveAVertexForEachSide) {
+    const Tessellation t = house_with_eave();
+    // In the order of the points; points 2 and 3 twice, the last point not at all.
+    const std::vector<Index> points = {0, 1, 2, 2, 3, 3, 4};
+    const std::vector<Index> normals = {0, 1, 2, 5, 3, 6, 4};
+    const std::vector<Index> corners = {0, 1, 2, 4, 5, 3, 6};
+
+    ASSERT_TRUE(write_tessellation(folder_ / "house.ply", t));
+    const auto mesh = read_mesh(folder_ / "house.ply");
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    EXPECT_EQ(mesh->face_vertices, corners);
+    ASSERT_EQ(mesh->positions.size(), points.size());
+    for (std::size_t v = 0; v < points.size(); ++v)
+        EXPECT_EQ(mesh->positions[v], t.positions[points[v]]);
+    const std::string text = content(folder_ / "house.ply");
+    constexpr std::string_view kEnd = "end_header\n";
+    std::string_view bytes = text;
+    bytes.remove_prefix(text.find(kEnd) + kEnd.size());
+    for (std::size_t v = 0; v < points.size(); ++v) {
+        bytes.remove_prefix(24);
+        EXPECT_EQ(take_vector(bytes), Vec3<float>(t.normals[normals[v]]));
+    }
+
+    ASSERT_TRUE(write_tessellation(folder_ / "house.glb", t));
+    const Glb glb = read_glb(folder_ / "house.glb");
+    std::string_view position = glb.data(0), normal = glb.data(1), index = glb.data(2);
+    ASSERT_EQ(position.size(), 7 * 12u);
+    for (std::size_t v = 0; v < points.size(); ++v) {
+        EXPECT_EQ(take_vector(position), Vec3<float>(t.positions[points[v]]));
+        // The point without normal has that of its triangle.
+        const Vec3<double> expected =
+            normals[v] == 4 ? Vec3<double>(0, 0, 1) : t.normals[normals[v]];
+        // Half a unit in the last place of each component.
+        EXPECT_LE(glm::length(Vec3<double>(take_vector(normal)) - expected), 1e-7);
+    }
+    for (const Index c : {0, 1, 2, 0, 2, 3, 4, 5, 6})
+        EXPECT_EQ(take<Index>(index), corners[c]);
+}
+
+TEST_F(Export, StlHoldsTrianglesWithTheirNormals) {
+    const Tessellation t = house();
+    ASSERT_TRUE(write_tessellation(folder_ / "house.stl", t));
+    const std::string text = content(folder_ / "house.stl");
+    ASSERT_EQ(text.size(), 84 + 3 * 50u);
+    EXPECT_FALSE(text.starts_with("solid"));
+    std::string_view bytes = text;
+    bytes.remove_prefix(80);
+    EXPECT_EQ(take<std::uint32_t>(bytes), 3u);
+    const std::vector<std::array<Index, 3>> triangles = {{0, 1, 2}, {0, 2, 3}, {3, 2, 4}};
+    for (const auto& triangle : triangles) {
+        EXPECT_EQ(take_vector(bytes), Vec3<float>(0, 0, 1));
+        for (const Index p : triangle)
+            EXPECT_EQ(take_vector(bytes), Vec3<float>(t.positions[p]));
+        EXPECT_EQ(take<std::uint16_t>(bytes), 0);
+    }
+}
+
+TEST_F(Export, StlNormalOfATriangleWithoutAreaIsZero) {
+    Tessellation t = house();
+    t.positions[4] = t.positions[3];
+    ASSERT_TRUE(write_tessellation(folder_ / "house.stl", t));
+    const std::string text = content(folder_ / "house.stl");
+    std::string_view bytes = text;
+    bytes.remove_prefix(84 + 2 * 50);
+    EXPECT_EQ(take_vector(bytes), Vec3<float>(0));
 }
 
 TEST_F(Export, GlbHoldsOneMeshOfTriangles) {
@@ -380,8 +455,14 @@ TEST_F(Export, GlbHoldsOneMeshOfTriangles) {
 
 TEST_F(Export, GlbNormalsHaveUnitLength) {
     Tessellation t = house();
-    t.positions.emplace_back(9, 9, 9);  // a point of no facet
+    // A facet without area, at a point without normal.
+    t.positions.emplace_back(9, 9, 9);
     t.normals.emplace_back(0, 0, 0);
+    t.facet_sizes.push_back(3);
+    t.facet_faces.push_back(9);
+    t.facet_points.insert(t.facet_points.end(), {5, 5, 5});
+    t.facet_normals.insert(t.facet_normals.end(), {5, 5, 5});
+    t.facet_uvs.resize(10);
     ASSERT_TRUE(write_tessellation(folder_ / "house.glb", t));
     const Glb glb = read_glb(folder_ / "house.glb");
     EXPECT_EQ(glb.json["accessors"][1]["count"], 6u);
@@ -406,7 +487,8 @@ TEST_F(Export, RefusesTessellationsAgainstTheirShapes) {
     refuse(EmptyMesh, [](Tessellation& t) { t = {}; });
     refuse(SizeMismatch, [](Tessellation& t) { t.facet_sizes = {5, 2}; });
     refuse(SizeMismatch, [](Tessellation& t) { t.facet_sizes[0] = 3; });
-    refuse(SizeMismatch, [](Tessellation& t) { t.normals.pop_back(); });
+    refuse(SizeMismatch, [](Tessellation& t) { t.facet_normals.pop_back(); });
+    refuse(IndexOutOfRange, [](Tessellation& t) { t.normals.pop_back(); });
     refuse(SizeMismatch, [](Tessellation& t) { t.facet_faces.pop_back(); });
     refuse(SizeMismatch, [](Tessellation& t) { t.facet_uvs.pop_back(); });
     refuse(IndexOutOfRange, [](Tessellation& t) { t.facet_points[3] = 5; });

@@ -251,14 +251,62 @@ TEST_F(MeshIo, RefusesMeshesWithoutVerticesOrFaces) {
 // ---- OBJ ----
 
 TEST_F(MeshIo, ReadsEveryFormOfObjCorner) {
+    const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvn 0 0 1\n";
+    const auto without = read(
+        "obj", vertices + "f 1 2 3\nf 1//1 2//1 3//-1\nf +1/ 2// 3//1\nf -3 -2 -1\n");
+    const auto with = read("obj", vertices +
+                                      "f 1/1 2/2 3/-2\nf 1/1/ 2/-1/ 3/1/\n"
+                                      "f 1/1/1 2/2/1 3/+1/7\nf -3/-2/-1 2/-1 -1/1\n");
+    for (const auto* mesh : {&without, &with}) {
+        ASSERT_TRUE(*mesh) << mesh->error().message;
+        EXPECT_EQ((*mesh)->face_sizes, std::vector<Index>(4, 3));
+        for (std::size_t c = 0; c < 12; ++c)
+            EXPECT_EQ((*mesh)->face_vertices[c], c % 3) << "corner " << c;
+    }
+    EXPECT_TRUE(without->face_uvs.empty());
+    ASSERT_EQ(with->face_uvs.size(), 12u);
+    for (std::size_t c = 0; c < 12; ++c)
+        EXPECT_EQ(with->face_uvs[c], Index(c % 3 == 1)) << "corner " << c;
+}
+
+TEST_F(MeshIo, ReadsTextureCoordinates) {
+    // Before and after the faces that name them; extra numbers are as with v.
     const auto mesh = read("obj",
-                           "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\n"
-                           "f 1 2 3\nf 1/1 2/-1 3/1\nf 1//1 2//1 3//-1\n"
-                           "f 1/1/1 2/1/1 3/1/1\nf +1/ 2// 3//1\nf -3 -2 -1\n");
+                           "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.25 -1e-3 9\nvt 7\nvt nan 0\n"
+                           "f 1/4 2/2 3/-3\nvt 0.3333333333333333 0 # x\n");
     ASSERT_TRUE(mesh) << mesh.error().message;
-    EXPECT_EQ(mesh->face_sizes, std::vector<Index>(6, 3));
-    for (std::size_t c = 0; c < mesh->face_vertices.size(); ++c)
-        EXPECT_EQ(mesh->face_vertices[c], c % 3) << "corner " << c;
+    ASSERT_EQ(mesh->uvs.size(), 4u);
+    EXPECT_EQ(mesh->uvs[0], Vec2<double>(0.25, -1e-3));
+    EXPECT_EQ(mesh->uvs[1], Vec2<double>(7, 0));
+    EXPECT_TRUE(std::isnan(mesh->uvs[2].x));  // no face names it
+    EXPECT_EQ(mesh->uvs[3], Vec2<double>(0.3333333333333333, 0));
+    EXPECT_EQ(mesh->face_uvs, (std::vector<Index>{3, 1, 0}));
+}
+
+TEST_F(MeshIo, RefusesBrokenTextureCoordinates) {
+    using enum ErrorCode;
+    const std::vector<Refusal> refusals = {
+        {"v 0 0 0\nvt\n", FileFormat, 0, 2, "texture coordinate 0 has no numbers"},
+        {"vt 0 0\nvt 0 a\n", FileFormat, 1, 2, "texture coordinate 1 has 'a' where"},
+        {"vt 0\nf 1/0 2/1 3/1\n", IndexOutOfRange, 0, 2,
+         "face 0 names texture coordinate 0, but OBJ counts texture coordinates from 1"},
+        {"vt 0\nf 1/1 2/1 3/-2\n", IndexOutOfRange, 0, 2,
+         "names texture coordinate -2, but only 1 texture coordinates precede it"},
+        {"vt 0\nf 1/1 2/1 3/1\nf 1/1 2/1 3/2\n", IndexOutOfRange, 1, 3,
+         "face 1 names texture coordinate 1, but the mesh has 1"},
+        {"vt 0\nf 1/1 2/1 3/99999999999999999999\n", IndexOutOfRange, 0, 2,
+         "names texture coordinate"},
+        {"f 1/1 2/1 3/1\nvt 0 inf\n", NonFinitePoint, 0, 1, "which is (0, inf)"},
+        {"vt 0\nf 1/1 2/1 3/1\nf 1/1 2/1 3//1\n", FileFormat, 1, 3,
+         "face 1 has texture coordinates at 2 of 3 corners"},
+        {"vt 0\nf 1/1 2/1 3/1\nf 1 2 3\n", FileFormat, 1, 3,
+         "face 1 has no texture coordinates, unlike"},
+        {"vt 0\nf 1 2 3\nf 1 2 3\nf 1/1 2/1 3/1\n", FileFormat, 2, 4,
+         "face 2 has some texture coordinates, unlike"},
+        {"f 1/1 2\n", FileFormat, 0, 1, "at 1 of 2 corners"},
+    };
+    for (const Refusal& refusal : refusals)
+        expect_refusal(read("obj", refusal.content), refusal);
 }
 
 TEST_F(MeshIo, CountsNegativeObjIndicesFromTheVerticesReadSoFar) {

@@ -158,6 +158,19 @@ TEST(MeshRefuses, APositionThatIsNoNumber) {
     }
 }
 
+TEST(MeshRefuses, BrokenTextureCoordinates) {
+    MeshData data = mesh_of(4, kTetrahedron);
+    data.uvs = {{0, 0}, {1, 0}, {NAN, 0}};
+    data.face_uvs = {0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0};
+    EXPECT_TRUE(build_mesh(data));  // no face names the one that is no number
+    data.face_uvs[7] = 2;
+    expect_refusal(data, ErrorCode::NonFinitePoint, 2, 103, "texture coordinate 2");
+    data.face_uvs[4] = 3;
+    expect_refusal(data, ErrorCode::IndexOutOfRange, 1, 102, "texture coordinate 3");
+    data.face_uvs.pop_back();
+    expect_refusal(data, ErrorCode::SizeMismatch, kInvalidIndex, 0, "11 face corners");
+}
+
 TEST(MeshRefuses, AnEdgeOfThreeFaces) {
     expect_refusal(mesh_of(5, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}),
                    ErrorCode::NonManifoldEdge, 2, 103, "face 2");

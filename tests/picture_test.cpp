@@ -441,6 +441,38 @@ TEST_F(Picture, InsideOutLooksTheSame) {
     }
 }
 
+// The lower half of the sphere is cut away; the bowl that is left is seen into from below.
+TEST_F(Picture, HolesShowTheInside) {
+    const Sphere sphere;
+    Features features;
+    features.hole.assign(6, false);
+    int n_holes = 0;
+    for (Index f = 0; f < 6; ++f) {
+        const Vec centre = sphere(to_quarter(*sphere.base, {f, 0.5, 0.5})).p;
+        features.hole[f] = centre.z < -0.9;
+        n_holes += features.hole[f];
+    }
+    ASSERT_EQ(n_holes, 1);
+    PictureInput input = sphere.input();
+    input.features = &features;
+    PictureInput turned = input;  // its normals point inwards
+    turned.surface = [&](const QuarterPoint& at) {
+        SurfaceJet<double> jet = sphere(at);
+        for (Vec* v : {&jet.p, &jet.du, &jet.dv, &jet.duu, &jet.duv, &jet.dvv})
+            v->x = -v->x;
+        return jet;
+    };
+    PictureOptions o = small(Shade::Normals);
+    o.azimuth_deg = 0;
+    o.elevation_deg = -90;
+    const Color middle = render(input, o).at(48, 36);
+    expect_color(middle, {128, 128, 0}, 3);  // the ceiling, looking down
+    o.shade = Shade::Phong;
+    const Image closed = render(sphere.input(), o), open = render(input, o);
+    EXPECT_LT(open.at(48, 36).y, closed.at(48, 36).y);  // the sky does not get there
+    EXPECT_LE(difference(render(turned, o).at(48, 36), open.at(48, 36)), 3);
+}
+
 TEST_F(Picture, FacetsStandInWhereThereIsNoNormal) {
     const Sphere sphere;
     PictureInput input = sphere.input();

@@ -100,7 +100,7 @@ Result<Measures> measure(Job& job, const LimitSurface& limit, int rate,
     if (const Status s = job.surface.set_positions(job.mesh.positions); !s)
         return s.error();
     m.seconds_points = watch.lap();
-    tessellate(base, rate, job.function());
+    tessellate(base, job.surface.patches().features(), rate, job.function());
     m.seconds_evaluate = watch.lap();
 
     progress.stage("measuring continuity");
@@ -279,7 +279,9 @@ Status tessellate_command(const CommandOptions& options) {
         return job.error();
     progress.stage("evaluating");
     Stopwatch watch;
-    const Tessellation t = tessellate(job->surface.base(), options.rate, job->function());
+    const Tessellation t =
+        tessellate(job->surface.base(), job->surface.patches().features(), options.rate,
+                   job->function());
     const double seconds = watch.lap();
     progress.stage("writing");
     if (const Status s = written(write_tessellation(options.out, t), options.out); !s)

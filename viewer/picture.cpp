@@ -201,19 +201,21 @@ int choose_rate(const Topology& base, const Tessellation& coarse, int coarse_rat
                 const Camera& camera) {
     std::vector<double> lengths;
     double most_off = 0;
-    const Index* corner = coarse.facet_points.data();
+    std::size_t first = 0;
     for (const Index n : coarse.facet_sizes) {
         for (Index i = 0; i < n; ++i) {
-            const Index a = corner[i], b = corner[(i + 1) % n];
-            const Vec &p = coarse.positions[a], &q = coarse.positions[b];
+            const std::size_t a = first + i, b = first + (i + 1) % n;
+            const Vec &p = coarse.positions[coarse.facet_points[a]],
+                      &q = coarse.positions[coarse.facet_points[b]];
             const double depth = glm::dot(camera.eye - p, camera.back);
             const double length = glm::length(q - p) / (depth * camera.pixel);
             lengths.push_back(length);
             // The height of an arc over its chord is chord times angle over 8.
-            const double angle = glm::length(coarse.normals[b] - coarse.normals[a]);
+            const double angle = glm::length(coarse.normals[coarse.facet_normals[b]] -
+                                             coarse.normals[coarse.facet_normals[a]]);
             most_off = std::max(most_off, length * angle / 8);
         }
-        corner += n;
+        first += n;
     }
     const auto long_one =
         lengths.begin() + static_cast<std::ptrdiff_t>(0.95 * double(lengths.size()));
@@ -278,18 +280,22 @@ double openness(const RayScene& scene, const Vec& p, const Vec& n, int n_rays,
     return double(n_free) / n_rays;
 }
 
-/// The openness at all points of a tessellation, smoothed along its edges.
+/// The openness at all normals of a tessellation, smoothed along its edges.
+/// \param is_inside  whether the normal at a point leads away from where it is seen
+template <class F>
 std::vector<double> all_openness(const RayScene& scene, const Tessellation& t,
-                                 bool inside_out) {
-    const std::size_t n = t.positions.size();
+                                 F&& is_inside) {
+    const std::size_t n = t.normals.size();
+    std::vector<Index> point(n);
+    for (std::size_t c = 0; c < t.facet_normals.size(); ++c)
+        point[t.facet_normals[c]] = t.facet_points[c];
     const int n_rays = static_cast<int>(std::clamp(2.5e6 / double(n), 4.0, 32.0));
     std::vector<double> open(n);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n, 256), [&](const auto& range) {
         for (std::size_t i = range.begin(); i < range.end(); ++i) {
-            const Vec normal = inside_out ? -t.normals[i] : t.normals[i];
-            open[i] = normal == Vec(0)
-                          ? 1
-                          : openness(scene, t.positions[i], normal, n_rays, 0.35, i);
+            const Vec& p = t.positions[point[i]];
+            const Vec normal = is_inside(p, t.normals[i]) ? -t.normals[i] : t.normals[i];
+            open[i] = normal == Vec(0) ? 1 : openness(scene, p, normal, n_rays, 0.35, i);
         }
     });
     // Few rays are noisy; forty passes average over some hundred points, and blur the
@@ -300,7 +306,7 @@ std::vector<double> all_openness(const RayScene& scene, const Tessellation& t,
             sum[i] = 2 * open[i];
             weight[i] = 2;
         }
-        const Index* corner = t.facet_points.data();
+        const Index* corner = t.facet_normals.data();
         for (const Index size : t.facet_sizes) {
             for (Index i = 0; i < size; ++i) {
                 const Index a = corner[i], b = corner[(i + 1) % size];
@@ -418,7 +424,9 @@ public:
     Status prepare() {
         const Topology& base = *input_.base;
         constexpr int coarse_rate = 4;
-        Tessellation coarse = tessellate(base, coarse_rate, input_.surface);
+        const Features none;
+        const Features& features = input_.features ? *input_.features : none;
+        Tessellation coarse = tessellate(base, features, coarse_rate, input_.surface);
         if (coarse.positions.empty())
             return fail(ErrorCode::EmptyMesh, "the surface has no faces");
         if (const Status finite = check_finite(coarse); !finite)
@@ -429,13 +437,13 @@ public:
         const int rate = choose_rate(base, coarse, coarse_rate,
                                      make_camera(coarse.positions, o_, margins()));
 
-        tessellation_ = tessellate(base, rate, input_.surface);
+        tessellation_ = tessellate(base, features, rate, input_.surface);
         if (const Status finite = check_finite(tessellation_); !finite)
             return finite;
         frame_ = unit_frame(tessellation_.positions);
         for (Vec& p : tessellation_.positions)
             p = frame_.point(p);
-        triangles_ = triangles(tessellation_);
+        triangles_ = triangle_corners(tessellation_);
         Result<TessellatedScene> scene = TessellatedScene::build(tessellation_);
         if (!scene)
             return scene.error();
@@ -443,7 +451,16 @@ public:
         camera_ = make_camera(tessellation_.positions, o_, margins());
 
         if (o_.shade == Shade::Phong) {
-            open_ = all_openness(scene_->rays(), tessellation_, signed_volume() < 0);
+            // A closed surface is seen from outside, wherever its normals point; of an open
+            // one the side that faces the camera counts.
+            const bool closed =
+                std::ranges::find(base.twin, kInvalidIndex) == base.twin.end() &&
+                std::ranges::find(features.hole, true) == features.hole.end();
+            const bool inside_out = signed_volume() < 0;
+            open_ = all_openness(
+                scene_->rays(), tessellation_, [&](const Vec& p, const Vec& normal) {
+                    return closed ? inside_out : glm::dot(camera_.eye - p, normal) < 0;
+                });
             ground_ = GroundShadow(scene_->rays(), tessellation_.positions,
                                    static_cast<int>(o_.up));
         }
@@ -480,12 +497,14 @@ private:
                 margin + std::min(2.5 * line, 0.2 * o_.height)};
     }
 
+    const Vec& corner(Index c) const {
+        return tessellation_.positions[tessellation_.facet_points[c]];
+    }
+
     double signed_volume() const {
         double six_volumes = 0;
-        for (const auto& t : triangles_) {
-            const auto& p = tessellation_.positions;
-            six_volumes += glm::dot(p[t[0]], glm::cross(p[t[1]], p[t[2]]));
-        }
+        for (const auto& t : triangles_)
+            six_volumes += glm::dot(corner(t[0]), glm::cross(corner(t[1]), corner(t[2])));
         return six_volumes / 6;
     }
 
@@ -535,8 +554,7 @@ private:
         Hit hit = on_ray(scene_->address(*found), direction, found->t);
 
         const auto& [a, b, c] = triangles_[found->triangle];
-        const auto& p = tessellation_.positions;
-        Vec facet = glm::cross(p[b] - p[a], p[c] - p[a]);
+        Vec facet = glm::cross(corner(b) - corner(a), corner(c) - corner(a));
         const double length = glm::length(facet);
         facet = length > 0 ? facet / length : -direction;
         // Seen from behind, both turn round.
@@ -552,9 +570,10 @@ private:
             const double size = glm::length(bent);
             hit.normal = size > 0.1 ? bent / size : side * facet;
         }
+        const auto& at = tessellation_.facet_normals;
         hit.open = open_.empty() ? 1
-                                 : (1 - found->u - found->v) * open_[a] +
-                                       found->u * open_[b] + found->v * open_[c];
+                                 : (1 - found->u - found->v) * open_[at[a]] +
+                                       found->u * open_[at[b]] + found->v * open_[at[c]];
         return hit;
     }
 
@@ -853,12 +872,12 @@ private:
     const PictureInput& input_;
     const PictureOptions& o_;
     double text_scale_;
-    Tessellation tessellation_;  // in units of the diagonal
-    std::vector<std::array<Index, 3>> triangles_;
+    Tessellation tessellation_;                    // in units of the diagonal
+    std::vector<std::array<Index, 3>> triangles_;  // of facet corners
     UnitFrame frame_;
     std::optional<TessellatedScene> scene_;
     Camera camera_{};
-    std::vector<double> open_;  // per point
+    std::vector<double> open_;  // per normal
     GroundShadow ground_;
     double range_ = 1;
 };
@@ -900,6 +919,7 @@ PictureInput picture_input(const Surface& surface) {
     PictureInput input;
     const PatchTable& table = surface.patches();
     input.base = &surface.base();
+    input.features = &table.features();
     input.surface = surface.function();
     input.patch = [&table](const QuarterPoint& at) {
         const PatchPoint p = table.locate(at);

@@ -55,7 +55,8 @@ struct PatchLook {
 /// A surface to be painted. Functions are called from several threads at the same time.
 struct PictureInput {
     const Topology* base = nullptr;
-    SurfaceFunction surface;  ///< with all derivatives
+    const Features* features = nullptr;  ///< as PatchTable::features(); null: it has none
+    SurfaceFunction surface;             ///< with all derivatives
     std::string title;
 
     std::function<PatchLook(const QuarterPoint&)> patch;  ///< for Shade::Patches
