@@ -74,7 +74,10 @@ faces=$(grep '^f' cube.obj)
 # ------------------------------------------------------------------ what works
 
 succeeds info.json -- info cube.obj --json info.json
-grep -q '"faces": 6' info.json || fail "info: no face count"
+for line in '"faces": 6' '"closed": true' '"boundary_loops": 0' '"boundary": "edge-only"'; do
+    grep -q "$line" info.json || fail "info: no $line"
+done
+succeeds -- info cube.obj --boundary none
 succeeds refined.off -- subdivide cube.obj --degree 5 --levels 2 --out refined.off
 [[ $(sed -n 2p refined.off | cut -d' ' -f1,2) == "98 96" ]] ||
     fail "subdivide: $(sed -n 2p refined.off), not 98 96"
@@ -82,6 +85,8 @@ for extension in obj ply stl glb; do
     succeeds "out.$extension" -- tessellate cube.obj --rate 4 --out "out.$extension"
 done
 [[ $(stat -c %s out.stl) == $((84 + 50 * 6 * 16 * 2)) ]] || fail "STL: wrong size"
+printf '%s\n' "$vertices" "$(sed 1d <<<"$faces")" >box.obj
+succeeds box.off -- subdivide box.obj --boundary none --degree 3 --levels 1 --out box.off
 printf 'face,u,v\n0,0.5,0.5\n5,0,1\n' >at.csv
 succeeds out.csv -- eval cube.obj --degree 4 --at at.csv --out out.csv
 [[ $(wc -l <out.csv) == 3 && $(sed -n 2p out.csv | tr , '\n' | wc -l) == 26 ]] ||
@@ -91,7 +96,8 @@ grep -q '"dxy"' net.json || fail "patch: no dxy"
 
 if "$osdx" compare cube.obj --rate 2 --json compare.json >stdout 2>stderr; then
     for key in boundary_edges regular distance_rms normal_deg_max gap_max \
-        normal_jump_deg_max curvature_jump_max build points evaluate; do
+        normal_jump_deg_max curvature_jump_max sharp_normal_jump_deg_max sharp_samples \
+        build points evaluate; do
         grep -q "\"$key\"" compare.json || fail "compare: no $key"
     done
 else
@@ -110,6 +116,10 @@ refuses 2 'degree' info cube.obj --degree 1
 refuses 2 'degree' info cube.obj --degree three
 refuses 2 'patch' tessellate cube.obj --patch round --out x.obj
 refuses 2 'patch' compare cube.obj --patch catmark
+for command in info subdivide eval tessellate compare render; do
+    refuses 2 'boundary' "$command" cube.obj --boundary round
+    "$osdx" "$command" --help | grep -q -- --ignore-tags || fail "$command: no --ignore-tags"
+done
 refuses 2 'unknown|not expected' info cube.obj --unknown
 
 # ------------------------------------------------------------------ bad input
@@ -161,6 +171,18 @@ refuses_surface two.obj ':9: vertex 8 .*two faces' \
     "$vertices"$'\n''v 0 -1 -1'$'\n'"$(sed '1s/.*/f 4 3 2 9 1/; 3s/.*/f 1 9 2 6 5/' <<<"$faces")"
 printf '%s\n' "$vertices"$'\n'"$faces"$'\n''t crease 2/1/0 0 1 2.5' >tag.obj
 succeeds -- info tag.obj --ignore-tags
+grep -q '^tags: .*1 x crease (ignored)$' stdout || fail "info: $(cat stdout)"
+grep -q '^creases:' stdout && fail "info: creases though ignored"
+# Of no effect on a closed mesh, and so on its surface.
+printf '%s\n' "$vertices" "$faces" 't crease 2/1/0 0 1 0' 't interpolateboundary 1/0/0 1' \
+    't creasemethod 0/0/1 chaikin' >inert.obj
+succeeds inert.json -- info inert.obj --json inert.json
+for line in '"boundary": "edge-and-corner"' '"crease_method": "chaikin"' '"holes": 0'; do
+    grep -q "$line" inert.json || fail "info: no $line"
+done
+grep -q '^method: *chaikin$' stdout || fail "info: $(cat stdout)"
+succeeds inert.json -- info inert.obj --boundary none --json inert.json
+grep -q '"boundary": "none"' inert.json || fail "info: --boundary has no effect"
 refuses_mesh words.obj ':2: ' "v 0 0 0"$'\n''v one two three'
 
 printf 'face,u,v\n6,0,0\n' >far.csv
