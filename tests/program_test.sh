@@ -87,6 +87,27 @@ done
 [[ $(stat -c %s out.stl) == $((84 + 50 * 6 * 16 * 2)) ]] || fail "STL: wrong size"
 printf '%s\n' "$vertices" "$(sed 1d <<<"$faces")" >box.obj
 succeeds box.off -- subdivide box.obj --boundary none --degree 3 --levels 1 --out box.off
+succeeds box.json box.ply -- tessellate box.obj --degree 4 --rate 2 --out box.ply --json box.json
+grep -q '"facets": 20' box.json || fail "tessellate: $(cat box.json)"  # 5 faces of 4
+succeeds -- info box.obj
+grep -q 'open with 4 boundary edges in 1 loop; ' stdout || fail "info: $(cat stdout)"
+grep -q '^at borders: 4 x 2 (faces)$' stdout || fail "info: $(cat stdout)"
+succeeds box.json -- info box.obj --boundary none --json box.json
+grep -q '"faces_without_surface": 4' box.json || fail "info: $(cat box.json)"
+
+# A rim that is infinitely sharp, a crease and a hole.
+printf '%s\n' "$vertices" "$faces" >sharp.obj
+for edge in '0 1' '1 2' '2 3' '3 0'; do
+    echo "t crease 2/1/0 $edge 10" >>sharp.obj
+done
+printf '%s\n' 't crease 2/1/0 4 5 1.5' 't corner 1/1/0 6 2' 't hole 1/0/0 1' >>sharp.obj
+succeeds sharp.json -- info sharp.obj --json sharp.json
+for line in 'creases: *1 semi-sharp (up to 1.5), 4 infinitely sharp' \
+    'corners: *1 semi-sharp (up to 2)' 'holes: *1' 'bare: *1 faces'; do
+    grep -q "^$line" stdout || fail "info: no $line: $(cat stdout)"
+done
+printf 'face,u,v\n0,0.5,0.5\n1,0.5,0.5\n' >hole.csv
+refuses 1 '^osdx: hole.csv:3: face 1 is a hole' eval sharp.obj --at hole.csv --out x.csv
 printf 'face,u,v\n0,0.5,0.5\n5,0,1\n' >at.csv
 succeeds out.csv -- eval cube.obj --degree 4 --at at.csv --out out.csv
 [[ $(wc -l <out.csv) == 3 && $(sed -n 2p out.csv | tr , '\n' | wc -l) == 26 ]] ||
@@ -100,6 +121,9 @@ if "$osdx" compare cube.obj --rate 2 --json compare.json >stdout 2>stderr; then
         build points evaluate; do
         grep -q "\"$key\"" compare.json || fail "compare: no $key"
     done
+    succeeds sharp_compare.json -- compare sharp.obj --rate 4 --json sharp_compare.json
+    grep -q 'across infinitely sharp edges: .* up to [1-9]' stdout || fail "compare: $(cat stdout)"
+    succeeds -- compare box.obj --rate 4 --boundary edge-and-corner
 else
     grep -q 'built without OpenSubdiv' stderr || fail "compare: $(cat stderr)"
 fi
@@ -169,7 +193,8 @@ refuses_mesh nan.obj ':3: vertex 2 ' "$(sed '3s/.*/v 1 nan -1/' <<<"$vertices")"
 refuses_mesh inf.obj ':3: vertex 2 ' "$(sed '3s/.*/v 1 inf -1/' <<<"$vertices")"$'\n'"$faces"
 refuses_surface two.obj ':9: vertex 8 .*two faces' \
     "$vertices"$'\n''v 0 -1 -1'$'\n'"$(sed '1s/.*/f 4 3 2 9 1/; 3s/.*/f 1 9 2 6 5/' <<<"$faces")"
-printf '%s\n' "$vertices"$'\n'"$faces"$'\n''t crease 2/1/0 0 1 2.5' >tag.obj
+printf '%s\n' "$vertices" "$faces" 't crease 2/1/0 0 1 2.5' >tag.obj
+refuses 1 "^osdx: tag.obj:15: .*'crease'" info tag.obj --degree 4
 succeeds -- info tag.obj --ignore-tags
 grep -q '^tags: .*1 x crease (ignored)$' stdout || fail "info: $(cat stdout)"
 grep -q '^creases:' stdout && fail "info: creases though ignored"
