@@ -194,7 +194,8 @@ refuses_mesh inf.obj ':3: vertex 2 ' "$(sed '3s/.*/v 1 inf -1/' <<<"$vertices")"
 refuses_surface two.obj ':9: vertex 8 .*two faces' \
     "$vertices"$'\n''v 0 -1 -1'$'\n'"$(sed '1s/.*/f 4 3 2 9 1/; 3s/.*/f 1 9 2 6 5/' <<<"$faces")"
 printf '%s\n' "$vertices" "$faces" 't crease 2/1/0 0 1 2.5' >tag.obj
-refuses 1 "^osdx: tag.obj:15: .*'crease'" info tag.obj --degree 4
+printf "%s\n" "$vertices" "$faces" "t smoothtriangles 0/0/1 smooth" >smooth.obj
+refuses 1 "^osdx: smooth.obj:15: .*'smoothtriangles'" info smooth.obj --degree 4
 succeeds -- info tag.obj --ignore-tags
 grep -q '^tags: .*1 x crease (ignored)$' stdout || fail "info: $(cat stdout)"
 grep -q '^creases:' stdout && fail "info: creases though ignored"
