@@ -58,14 +58,17 @@ struct DomainPoint {
 ///     w_i = (h_o/d)^d / ((h_o/d)^d + h_i^d),   w_o = (h_i/d)^d / ((h_i/d)^d + h_o^d),
 ///
 /// which is L h_i but for order d at side i, L (1 - h_o) at side o, and rises everywhere. (A
-/// plain blend of these two goes back and forth from n = 10 on at d = 3, 6 at d = 5.) That
-/// changes no derivative below d
-/// on any side. One sector at a smooth border has the triangle (1,0), (0,1), (-1,0) for its
-/// domain, with the border along y = 0, the second halves of ribbon 0 and the first of ribbon
-/// 1, and q on the line through (0,1). In the sectors beside a border, (a, b) is moved along it
-/// so that tau is linear in (a, b): on both sides of a crease, whatever patches lie there, and
-/// on borders modelled apart, equal addresses are equal points. A spike is S(p) + b(p) (V - S(0)), with b over all sides.
-/// Source of these: own, for the smooth half checked against a border of more patches.
+/// plain blend of these two goes back and forth from n = 10 on at d = 3, n = 6 at d = 5.)
+/// That changes no derivative below d on any side.
+///
+/// One sector at a smooth border has the triangle (1,0), (0,1), (-1,0) for its domain, with
+/// the border along y = 0, the second half of ribbon 0 and the first of ribbon 1, q on the line
+/// through (0,1) and b = (1 - y)^(d+1). A spike is S(p) + b(p) (V - S(0)), with b over all
+/// sides and the centre for q.
+///
+/// In the sectors beside a border (a, b) is moved along it, so that tau is linear in (a, b): on
+/// both sides of a crease, whatever patches lie there, and on borders modelled apart, equal
+/// addresses are equal points.
 ///
 /// Weights are formed in double whatever the points are: the blends cancel near corners,
 /// and a valence of 360 leaves float no digits.
@@ -616,7 +619,7 @@ Jet<double, Order> PatchBasis::for_each_weight(const DomainPoint& p, Chart chart
         const J<Order> border = at.first + at.last;
         const Triangle<Order> foot(at.first / border, at.last / border);
         correct<Order>(
-            0, f * power<Order>(border), 0.5 * foot.last, 0.5 * foot.first,
+            0, f * power<Order>(border) * border, 0.5 * foot.last, 0.5 * foot.first,
             [&](auto&& s) { return triangle_weights<Order>(foot, s); }, sink);
         return f;
     }
