@@ -205,11 +205,10 @@ private:
         if (rule == FaceVaryingRule::Boundaries)
             return pin_all();
 
-        const bool at_border = mesh_.is_border(mesh_.vertex_halfedge[v]);
         const bool plus2 = rule == FaceVaryingRule::CornersPlus2;
         const bool is_dependent = plus2 || rule == FaceVaryingRule::CornersPlus1;
-        if (has_seam && ((is_dependent && spans.size() > 2) ||
-                         (plus2 && spans.size() == 1 && !at_border)))
+        if (has_seam &&
+            ((is_dependent && spans.size() > 2) || (plus2 && spans.size() == 1)))
             return pin_all();
         const bool depend = has_seam && is_dependent && spans.size() == 2;
         if (depend && std::ranges::any_of(spans, [&](const Span& s) {
