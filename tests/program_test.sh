@@ -82,6 +82,14 @@ for extension in obj ply stl glb; do
     succeeds "out.$extension" -- tessellate cube.obj --rate 4 --out "out.$extension"
 done
 [[ $(stat -c %s out.stl) == $((84 + 50 * 6 * 16 * 2)) ]] || fail "STL: wrong size"
+{
+    printf '%s\n' "$vertices" 'vt 0 0' 'vt 1 0' 'vt 1 1' 'vt 0 1'
+    awk '{ print "f " $2 "/1 " $3 "/2 " $4 "/3 " $5 "/4" }' <<<"$faces"
+} >uv.obj
+succeeds uv_out.obj -- tessellate uv.obj --rate 2 --out uv_out.obj
+[[ $(grep -c '^vt' uv_out.obj) == 54 ]] || fail "tessellate uv.obj: not 9 vt a face"
+succeeds uv_out.glb -- tessellate uv.obj --rate 2 --uv-rule all --out uv_out.glb
+grep -q TEXCOORD_0 uv_out.glb || fail "GLB: no TEXCOORD_0"
 printf 'face,u,v\n0,0.5,0.5\n5,0,1\n' >at.csv
 succeeds out.csv -- eval cube.obj --degree 4 --at at.csv --out out.csv
 [[ $(wc -l <out.csv) == 3 && $(sed -n 2p out.csv | tr , '\n' | wc -l) == 26 ]] ||
@@ -110,6 +118,7 @@ refuses 2 'degree' info cube.obj --degree 1
 refuses 2 'degree' info cube.obj --degree three
 refuses 2 'patch' tessellate cube.obj --patch round --out x.obj
 refuses 2 'patch' compare cube.obj --patch catmark
+refuses 2 'uv-rule' tessellate cube.obj --uv-rule some --out x.obj
 refuses 2 'unknown|not expected' info cube.obj --unknown
 
 # ------------------------------------------------------------------ bad input
