@@ -4,6 +4,7 @@
 #include "eval/patch_basis.h"
 
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <numbers>
 
 namespace osdx {
@@ -32,7 +33,10 @@ std::array<double, 2 * kMaxDegree> extended_coefficients(int d) {
 }  // namespace
 
 PatchBasis::PatchBasis(const PatchClass& patch_class)
-    : class_(patch_class), n_(patch_class.n_sides), d_(patch_class.degree) {
+    : class_(patch_class),
+      n_(patch_class.n_polygon()),
+      n_ribbons_(n_),
+      d_(patch_class.degree) {
     const bool ev = class_.kind == PatchKind::EV;
     intervals_ = ev ? d_ - 1 : d_;
     columns_ = ev ? 2 * d_ - 1 : 2 * d_;
@@ -51,19 +55,161 @@ PatchBasis::PatchBasis(const PatchClass& patch_class)
     }
     if (ev)
         extended_ = extended_coefficients(d_);
-    for (int i = 0; i < n_; ++i) {
-        const int before = cyclic(i - 1);
+    build_tables();
+    if (class_.border == PatchBorder::Spike) {
+        std::vector<double> w(static_cast<std::size_t>(class_.n_points()), 0.0);
+        const Jet<double, 0> f =
+            polygon_weights<0>(Domain<0>(*this, {0, 0, 0}, Chart::Native),
+                               [&](Index i, const Jet<double, 0>& x) { w[i] += x.c[0]; });
+        for (double& x : w)
+            x /= f.c[0];
+        centre_weights_ = std::move(w);
+    }
+}
+
+// ------------------------------------------------------------------ mirror images
+
+PatchBasis::Terms PatchBasis::mirror(const Terms& foot, const Terms& point) {
+    Terms sum;
+    const auto add = [&](const Term& t, double scale) {
+        for (Term& s : sum) {
+            if (s.point == t.point) {
+                s.weight += scale * t.weight;
+                return;
+            }
+        }
+        sum.push_back({t.point, scale * t.weight});
+    };
+    for (const Term& t : foot)
+        add(t, 2);
+    for (const Term& t : point)
+        add(t, -1);
+    std::erase_if(sum, [](const Term& t) { return t.weight == 0; });
+    return sum;
+}
+
+// Axis 0 runs along spokes 0 and n/2, axis 1 of pinned patches along spokes k and n/2 + k.
+// What lies beyond axis 0 is the mirror image of the half before it, and what lies there
+// beyond axis 1 that of the sectors themselves.
+
+PatchBasis::Terms PatchBasis::spoke_terms(int spoke, int b) const {
+    const int k = class_.n_sectors;
+    int of = spoke;
+    if (class_.is_open() && b > 0) {
+        if (spoke > n_ / 2)
+            of = n_ - spoke;
+        else if (class_.border == PatchBorder::Pinned && spoke > k)
+            of = 2 * k - spoke;
+    }
+    if (of != spoke)
+        return mirror({{0, 1.0}}, spoke_terms(of, b));
+    return {{static_cast<Index>(class_.ev_spoke(spoke, b)), 1.0}};
+}
+
+PatchBasis::Terms PatchBasis::sector_terms(int sector, int a, int b) const {
+    const int k = class_.n_sectors, half = n_ / 2;
+    if (a == 0 || b == 0)
+        return b == 0 ? spoke_terms(sector, a) : spoke_terms(cyclic(sector + 1), b);
+    if (class_.is_open() && sector >= half) {
+        const int of = n_ - 1 - sector;  // whose point is b steps along its first spoke
+        return mirror(of == 0          ? spoke_terms(0, b)
+                      : of == half - 1 ? spoke_terms(half, a)
+                                       : spoke_terms(0, 0),
+                      sector_terms(of, b, a));
+    }
+    if (class_.border == PatchBorder::Pinned && sector >= k) {
+        const int of = 2 * k - 1 - sector;
+        return mirror(of == k - 1 ? spoke_terms(k, a) : spoke_terms(0, 0),
+                      sector_terms(of, b, a));
+    }
+    return {{static_cast<Index>(class_.ev_point(sector, a, b)), 1.0}};
+}
+
+PatchBasis::Terms PatchBasis::centre_terms() const {
+    if (class_.border == PatchBorder::Pinned)
+        return {{static_cast<Index>(class_.ef_centre()), 1.0}};
+    return {{static_cast<Index>(class_.ef_curve(0, 0)), 0.5},
+            {static_cast<Index>(class_.ef_curve(1, 0)), 0.5}};
+}
+
+/// The border curve's point p steps away across a side that an axis meets.
+PatchBasis::Terms PatchBasis::curve_terms(int side, int p) const {
+    if (side == 0 || side == class_.n_sectors)
+        return {{static_cast<Index>(class_.ef_curve(side != 0, p)), 1.0}};
+    return mirror(centre_terms(), curve_terms(side - n_ / 2, p));
+}
+
+PatchBasis::Terms PatchBasis::corner_terms(int corner, int p, int q) const {
+    const int k = class_.n_sectors, half = n_ / 2;
+    if (class_.is_open() && corner >= half) {
+        const int of = n_ - 1 - corner;
+        return mirror(of == 0          ? curve_terms(0, q)
+                      : of == half - 1 ? curve_terms(half, p)
+                                       : centre_terms(),
+                      corner_terms(of, q, p));
+    }
+    if (class_.border == PatchBorder::Pinned && corner >= k) {
+        const int of = 2 * k - 1 - corner;
+        return mirror(of == k - 1 ? curve_terms(k, p) : centre_terms(),
+                      corner_terms(of, q, p));
+    }
+    return {{static_cast<Index>(class_.ef_point(corner, p, q)), 1.0}};
+}
+
+PatchBasis::Terms PatchBasis::ribbon_terms(int ribbon, int column, int row) const {
+    const bool ev = class_.kind == PatchKind::EV;
+    const int m = d_ - 1, b = m - row;
+    if (is_triangle()) {
+        // The halves that the sector has; the other halves are their mirror images.
+        const int last = columns_ - 1;
+        const bool missing = ribbon == 0 ? 2 * column < last : 2 * column > last;
+        if (missing) {
+            return mirror(ev ? spoke_terms(ribbon, b) : curve_terms(ribbon, b),
+                          ribbon_terms(ribbon, last - column, row));
+        }
+        if (ev && column == m)
+            return spoke_terms(ribbon, b);
+        return {
+            {static_cast<Index>(ev ? (ribbon == 0 ? class_.ev_point(0, b, column - m)
+                                                  : class_.ev_point(0, m - column, b))
+                                   : (ribbon == 0 ? class_.ef_point(0, b, column - d_)
+                                                  : class_.ef_point(0, m - column, b))),
+             1.0}};
+    }
+    const int before = cyclic(ribbon - 1);
+    if (ev) {
+        return column <= m ? sector_terms(before, m - column, b)
+                           : sector_terms(ribbon, b, column - m);
+    }
+    return column < d_ ? corner_terms(before, m - column, b)
+                       : corner_terms(ribbon, b, column - d_);
+}
+
+void PatchBasis::build_tables() {
+    const auto add = [&](const Terms& terms) {
+        term_offsets_.push_back(static_cast<Index>(terms_.size()));
+        terms_.insert(terms_.end(), terms.begin(), terms.end());
+    };
+    for (int i = 0; i < n_ribbons_; ++i) {
         for (int j = 0; j < columns_; ++j) {
-            for (int k = 0; k < d_; ++k) {
-                const int m = d_ - 1, b = m - k;
-                ribbon_points_.push_back(
-                    static_cast<Index>(!ev ? (j < d_ ? class_.ef_point(before, m - j, b)
-                                                     : class_.ef_point(i, b, j - d_))
-                                       : j <= m ? class_.ev_point(before, m - j, b)
-                                                : class_.ev_point(i, b, j - m)));
+            for (int k = 0; k < d_; ++k)
+                add(ribbon_terms(i, j, k));
+        }
+    }
+    const int n_axes = class_.border == PatchBorder::Pinned   ? 2
+                       : class_.border == PatchBorder::Smooth ? 1
+                                                              : 0;
+    for (int axis = 0; axis < n_axes; ++axis) {
+        const int i = axis * class_.n_sectors, o = i + n_ / 2;
+        for (int j = 0; j < columns_; ++j) {
+            if (class_.kind == PatchKind::EV) {
+                add(j < d_ ? spoke_terms(i, d_ - 1 - j) : spoke_terms(o, j - (d_ - 1)));
+            } else {
+                add(j < d_ ? curve_terms(i, d_ - 1 - j) : curve_terms(o, j - d_));
             }
         }
     }
+    term_offsets_.push_back(static_cast<Index>(terms_.size()));
 }
 
 double PatchBasis::centre_distance() const noexcept {
@@ -98,6 +244,8 @@ void PatchBasis::row_basis(int interval, double u, int order,
 Vec2<double> PatchBasis::to_native(const DomainPoint& p) const noexcept {
     if (class_.kind == PatchKind::Regular)
         return {p.a, p.b};
+    if (is_triangle())
+        return {p.a - p.b, p.a * p.b};
     const double angle = std::numbers::pi / n_;
     const auto at = [&](double turns, double radius) {
         return Vec2<double>(radius * std::cos(turns * angle),
@@ -112,9 +260,24 @@ Vec2<double> PatchBasis::to_native(const DomainPoint& p) const noexcept {
 DomainPoint PatchBasis::from_native(Vec2<double> xy) const noexcept {
     if (class_.kind == PatchKind::Regular)
         return {0, std::clamp(xy.x, 0.0, 1.0), std::clamp(xy.y, 0.0, 1.0)};
+    if (is_triangle()) {
+        // (a - b, a b), so that a and -b are the roots of z^2 - x z - y.
+        const double root = std::sqrt(std::max(0.0, xy.x * xy.x + 4 * xy.y));
+        return {0, std::clamp((root + xy.x) / 2, 0.0, 1.0),
+                std::clamp((root - xy.x) / 2, 0.0, 1.0)};
+    }
     const double angle = std::numbers::pi / n_;
     int sector = static_cast<int>(std::lround(std::atan2(xy.y, xy.x) / (2 * angle)));
     sector = (sector % n_ + n_) % n_;
+    if (class_.is_open() && sector >= class_.n_sectors) {
+        // Beyond a border: to the nearer of the two.
+        const int k = class_.n_sectors;
+        const double scale = 1 / centre_distance();
+        const double first = glm::dot(xy, normals_[0]) * scale,
+                     last = glm::dot(xy, normals_[k]) * scale;
+        return first > last ? DomainPoint{0, std::clamp(first, 0.0, 1.0), 0}
+                            : DomainPoint{k - 1, 0, std::clamp(last, 0.0, 1.0)};
+    }
     // Along the corner's direction: p = (a + b) c^2 + a b (1 - 2 c^2), c = cos(pi/n); across:
     // q = (b - a) c sin(pi/n). With t = a + b this is a quadratic equation for t.
     const double cs = std::cos(2 * sector * angle), sn = std::sin(2 * sector * angle);

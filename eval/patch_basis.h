@@ -42,12 +42,29 @@ struct DomainPoint {
 /// (2021), ch. 5. Differs: s_i and h_i are written so that they are regular on the closed
 /// n-gon for every n; columns are counted from 0.
 ///
+/// At a border the sectors fill a part of the n-gon: half of 2k sides where the border runs
+/// through (PatchBorder::Smooth), a quarter of 4k between two border curves (Pinned). The
+/// points of the other sectors are mirror images, by the point reflection 2 P(foot) - P: the
+/// foot of a sector next to the border is the border point that it sits over, of others the
+/// centre. On an axis, the straight line through the centre that is a border, S then depends
+/// on border points only. It is corrected to the uniform B-spline curve C of these:
+///
+///     S'(p) = S(p) + b(p) (C(tau(q)) - S(q)),   b = product of (l_k(p) / l_k(q))^d
+///
+/// over the sides of the part that are not perpendicular to the axis, q the foot of p on the
+/// axis, tau = L (w h_i + (1-w) (1-h_o)), w = h_o^d / (h_i^d + h_o^d), i and o the sides that
+/// the axis meets at its ends, L = d-1 for EV and d for EF. That changes no derivative below d
+/// on any side. One sector at a smooth border has the triangle (1,0), (0,1), (-1,0) for its
+/// domain, with the border along y = 0, the second halves of ribbon 0 and the first of ribbon
+/// 1, and q on the line through (0,1). A spike is S(p) + b(p) (V - S(0)), with b over all sides.
+/// Source of these: own, for the smooth half checked against a border of more patches.
+///
 /// Weights are formed in double whatever the points are: the blends cancel near corners,
 /// and a valence of 360 leaves float no digits.
 /// Threads: const members may run at the same time.
 class PatchBasis {
 public:
-    /// \pre the degree is kMinDegree to kMaxDegree, n_sides >= 3
+    /// \pre the degree is kMinDegree to kMaxDegree; n_sectors >= 3, but >= 1 at a border
     explicit PatchBasis(const PatchClass& patch_class);
 
     const PatchClass& patch_class() const noexcept { return class_; }
@@ -76,17 +93,40 @@ public:
 
 private:
     template <int Order>
+    using J = Jet<double, Order>;
+    template <int Order>
     class Domain;
     template <int Order>
-    using J = Jet<double, Order>;
+    class AxisDomain;
+    template <int Order>
+    class Triangle;
+
+    bool is_triangle() const noexcept {
+        return class_.border == PatchBorder::Smooth && class_.n_sectors == 1;
+    }
 
     template <int Order, class Sink>
-    Jet<double, Order> regular_weights(double s, double t, Sink&& sink) const noexcept;
+    J<Order> regular_weights(double s, double t, Sink&& sink) const noexcept;
     template <int Order, class Sink>
-    void ribbon_weights(int ribbon, const Jet<double, Order>& s,
-                        const Jet<double, Order>& h, const Jet<double, Order>& alpha,
-                        const Jet<double, Order>& beta, Jet<double, Order>& f,
+    void ribbon_weights(int ribbon, const J<Order>& s, const J<Order>& h,
+                        const J<Order>& alpha, const J<Order>& beta, J<Order>& f,
                         Sink&& sink) const noexcept;
+    /// All ribbons of the n-gon at a point of Domain or AxisDomain. \return f
+    template <int Order, class D, class Sink>
+    J<Order> polygon_weights(const D& domain, Sink&& sink) const noexcept;
+    /// Both ribbons at a point of the triangle. \return f
+    template <int Order, class Sink>
+    J<Order> triangle_weights(const Triangle<Order>& at, Sink&& sink) const noexcept;
+    /// scale (C(tau) - S) on an axis, for the S that `weights` gives.
+    template <int Order, class Weights, class Sink>
+    void correct(int axis, const J<Order>& scale, const J<Order>& h_i,
+                 const J<Order>& h_o, Weights&& weights, Sink&& sink) const noexcept;
+
+    /// towards^d / (towards^d + from^d): the smaller one over the larger avoids underflow.
+    template <int Order>
+    J<Order> blend(const J<Order>& towards, const J<Order>& from) const noexcept;
+    template <int Order>
+    J<Order> power(const J<Order>& x) const noexcept;  // x^d
 
     /// Taylor coefficients of the rows of a ribbon at hbar = interval + u.
     void row_basis(int interval, double u, int order,
@@ -96,39 +136,118 @@ private:
 
     int cyclic(int i) const noexcept { return i < 0 ? i + n_ : i >= n_ ? i - n_ : i; }
 
+    /// A point of the whole n-gon as a combination of control points.
+    struct Term {
+        Index point;
+        double weight;
+    };
+    using Terms = std::vector<Term>;
+    /// twice `foot` minus `point`
+    static Terms mirror(const Terms& foot, const Terms& point);
+    Terms spoke_terms(int spoke, int b) const;
+    Terms sector_terms(int sector, int a, int b) const;
+    Terms curve_terms(int side, int p) const;
+    Terms centre_terms() const;
+    Terms corner_terms(int corner, int p, int q) const;
+    Terms ribbon_terms(int ribbon, int column, int row) const;
+    void build_tables();
+
     PatchClass class_;
-    int n_;                                // sides
+    int n_;  // sides of the n-gon
+    int n_ribbons_;
     int d_;                                // degree
     int intervals_;                        // of a ribbon in both directions
     int columns_;                          // of a ribbon
     std::vector<double> vertex_distance_;  // m: of v_(k+m) to side k
     std::vector<Vec2<double>> normals_;    // k: (cos, sin) of the direction to side k
-    std::vector<Index> ribbon_points_;     // ribbon, column, row: control point
+    // By ribbon, column, row; then by axis and point of its curve.
+    std::vector<Index> term_offsets_;
+    std::vector<Term> terms_;
+    std::vector<double> centre_weights_;             // of spikes: S(0)
     std::array<double, 2 * kMaxDegree> extended_{};  // Bezier coefficients of E_(d-1)
 };
 
 // ---------------------------------------------------------------------------------------
 
-/// Distances, side parameters and blends at one point, as jets.
+template <int Order>
+Jet<double, Order> PatchBasis::power(const J<Order>& x) const noexcept {
+    J<Order> r = x;
+    for (int k = 1; k < d_; ++k)
+        r = r * x;
+    return r;
+}
+
+template <int Order>
+Jet<double, Order> PatchBasis::blend(const J<Order>& towards,
+                                     const J<Order>& from) const noexcept {
+    const bool small = from.c[0] <= towards.c[0];
+    const J<Order> p = power<Order>(small ? from / towards : towards / from);
+    const J<Order> one(1.0);
+    return small ? one / (one + p) : p / (one + p);
+}
+
+/// Side parameters of the n-gon at one point, as jets, from the distances to the sides.
+template <int Order, class Distances>
+class PatchSideParameters {
+    using J = Jet<double, Order>;
+
+public:
+    /// \param sector  that the point lies in
+    PatchSideParameters(const Distances& distances, int sector, int n) noexcept
+        : distances_(distances), q_(sector), n_(n) {
+        const J lq = distance(q_), lq1 = distance(q_ + 1);
+        product_ = lq * lq1;
+        J rest;
+        for (int k = 2; k < n - 1; ++k)
+            rest += wachspress(cyclic(q_ + k));
+        const J before = wachspress(cyclic(q_ - 1)), after = wachspress(cyclic(q_ + 1));
+        inverse_ = J(1.0) / (rest + before + J(1.0) + after);
+        // Next to the sides at the corner h is a sum of positive terms, not 1 minus one.
+        h_q_ = (rest + after) * inverse_;
+        h_q1_ = (rest + before) * inverse_;
+    }
+
+    J distance(int k) const noexcept { return distances_.distance(cyclic(k)); }
+
+    J s(int i) const noexcept {
+        const J before = distance(i - 1);
+        return before / (before + distance(i + 1));
+    }
+
+    J h(int i) const noexcept {
+        if (i == q_)
+            return h_q_;
+        if (i == cyclic(q_ + 1))
+            return h_q1_;
+        return J(1.0) - (wachspress(i) + wachspress(cyclic(i - 1))) * inverse_;
+    }
+
+private:
+    int cyclic(int i) const noexcept { return i < 0 ? i + n_ : i >= n_ ? i - n_ : i; }
+
+    /// Weight i times l_q l_(q+1) / product of all l: no factor vanishes in the sector.
+    J wachspress(int i) const noexcept {
+        if (i == q_)
+            return J(1.0);
+        const int next = cyclic(i + 1);
+        if (next == q_)
+            return distance(q_ + 1) / distance(i);
+        if (i == cyclic(q_ + 1))
+            return distance(q_) / distance(next);
+        return product_ / (distance(i) * distance(next));
+    }
+
+    const Distances& distances_;
+    int q_, n_;
+    J product_, inverse_, h_q_, h_q1_;
+};
+
+/// A point of the n-gon.
 template <int Order>
 class PatchBasis::Domain {
 public:
     Domain(const PatchBasis& basis, const DomainPoint& p, Chart chart) noexcept
-        : basis_(basis), p_(p), chart_(chart) {
-        const int q = p.sector;
-        const J<Order> lq = distance(q), lq1 = distance(basis.cyclic(q + 1));
-        product_ = lq * lq1;
-        J<Order> rest;
-        for (int k = 2; k < basis.n_ - 1; ++k)
-            rest += wachspress(basis.cyclic(q + k));
-        const J<Order> before = wachspress(basis.cyclic(q - 1));
-        const J<Order> after = wachspress(basis.cyclic(q + 1));
-        const J<Order> inverse = J<Order>(1.0) / (rest + before + J<Order>(1.0) + after);
-        inverse_ = inverse;
-        // Next to the sides at the corner h is a sum of positive terms, not 1 minus one.
-        h_q_ = (rest + after) * inverse;
-        h_q1_ = (rest + before) * inverse;
-    }
+        : basis_(basis), p_(p), chart_(chart), parameters_(*this, p.sector, basis.n_) {}
 
     /// l_k, by its values at the corners of the sector's quad: exact 0 on side k.
     J<Order> distance(int k) const noexcept {
@@ -156,55 +275,76 @@ public:
         return l;
     }
 
-    J<Order> s(int i) const noexcept {
-        const J<Order> before = distance(basis_.cyclic(i - 1));
-        return before / (before + distance(basis_.cyclic(i + 1)));
-    }
-
-    J<Order> h(int i) const noexcept {
-        if (i == p_.sector)
-            return h_q_;
-        if (i == basis_.cyclic(p_.sector + 1))
-            return h_q1_;
-        return J<Order>(1.0) -
-               (wachspress(i) + wachspress(basis_.cyclic(i - 1))) * inverse_;
-    }
-
-    /// towards^d / (towards^d + from^d): the smaller one over the larger avoids underflow.
-    J<Order> blend(const J<Order>& towards, const J<Order>& from) const noexcept {
-        const bool small = from.c[0] <= towards.c[0];
-        const J<Order> ratio = small ? from / towards : towards / from;
-        J<Order> power = ratio;
-        for (int k = 1; k < basis_.d_; ++k)
-            power = power * ratio;
-        const J<Order> one(1.0);
-        return small ? one / (one + power) : power / (one + power);
-    }
-
-    bool at_corner() const noexcept { return 2 - p_.a - p_.b < kCorner; }
+    J<Order> s(int i) const noexcept { return parameters_.s(i); }
+    J<Order> h(int i) const noexcept { return parameters_.h(i); }
 
 private:
-    // Below this distance the second derivatives of the blends, which grow like the
-    // distance to the power -2, drown in rounding, and the ribbons differ by its square.
-    static constexpr double kCorner = 1e-8;
-
-    /// Weight i times l_q l_(q+1) / product of all l: no factor vanishes in the sector.
-    J<Order> wachspress(int i) const noexcept {
-        const int q = p_.sector;
-        if (i == q)
-            return J<Order>(1.0);
-        const int next = basis_.cyclic(i + 1);
-        if (next == q)
-            return distance(basis_.cyclic(q + 1)) / distance(i);
-        if (i == basis_.cyclic(q + 1))
-            return distance(q) / distance(next);
-        return product_ / (distance(i) * distance(next));
-    }
-
     const PatchBasis& basis_;
     DomainPoint p_;
     Chart chart_;
-    J<Order> product_, inverse_, h_q_, h_q1_;
+    PatchSideParameters<Order, Domain> parameters_;
+};
+
+/// The foot of a point on an axis of the n-gon: on the line from the centre to the middle of
+/// a side, at t = 0..1.
+template <int Order>
+class PatchBasis::AxisDomain {
+public:
+    AxisDomain(const PatchBasis& basis, int side, const J<Order>& t) noexcept
+        : basis_(basis), side_(side), t_(t), parameters_(*this, side, basis.n_) {}
+
+    J<Order> distance(int k) const noexcept {
+        const auto at = [&](int i) {
+            return basis_.vertex_distance_[basis_.cyclic(basis_.cyclic(i) - k)];
+        };
+        const double centre = basis_.centre_distance();
+        const double middle = 0.5 * (at(side_ - 1) + at(side_));
+        // Of two terms, so that it is an exact 0 at the end.
+        return (J<Order>(1.0) - t_) * centre + t_ * middle;
+    }
+
+    J<Order> s(int i) const noexcept { return parameters_.s(i); }
+    J<Order> h(int i) const noexcept { return parameters_.h(i); }
+
+private:
+    const PatchBasis& basis_;
+    int side_;
+    J<Order> t_;
+    PatchSideParameters<Order, AxisDomain> parameters_;
+};
+
+/// A point of the triangle (1,0), (0,1), (-1,0): barycentric coordinates, as jets. The first
+/// and the last vertex are the ends of the border.
+template <int Order>
+class PatchBasis::Triangle {
+public:
+    J<Order> first, corner, last;
+
+    Triangle(const DomainPoint& p, Chart chart) noexcept {
+        // The quad (middle of the border, first, corner, last), bilinear in (a, b).
+        const double a = p.a, b = p.b, middle = 0.5 * (1 - a) * (1 - b);
+        first = J<Order>(middle + a * (1 - b));
+        corner = J<Order>(a * b);
+        last = J<Order>(middle + (1 - a) * b);
+        if constexpr (Order > 0) {
+            if (chart == Chart::Native) {
+                first.c[1] = 0.5, first.c[2] = -0.5;
+                corner.c[1] = 0, corner.c[2] = 1;
+                last.c[1] = -0.5, last.c[2] = -0.5;
+            } else {
+                first.c[1] = 0.5 * (1 - b), first.c[2] = -0.5 * (1 + a);
+                corner.c[1] = b, corner.c[2] = a;
+                last.c[1] = -0.5 * (1 + b), last.c[2] = 0.5 * (1 - a);
+                if constexpr (Order > 1) {
+                    first.c[4] = last.c[4] = -0.5;
+                    corner.c[4] = 1;
+                }
+            }
+        }
+    }
+    /// The foot on the border.
+    Triangle(const J<Order>& first_, const J<Order>& last_) noexcept
+        : first(first_), corner(), last(last_) {}
 };
 
 template <int Order, class Sink>
@@ -261,13 +401,84 @@ void PatchBasis::ribbon_weights(int ribbon, const Jet<double, Order>& s,
             column = column * alpha;
         if (j >= d_ || j == middle)
             column = column * beta;
-        const Index* points = ribbon_points_.data() + (ribbon * columns_ + j) * d_;
+        const Index* offsets = term_offsets_.data() + (ribbon * columns_ + j) * d_;
         for (int k = row0; k < d_; ++k) {
             const Jet<double, Order> w = column * rows[k];
             f += w;
-            sink(points[k], w);
+            if (!class_.is_open()) {
+                sink(terms_[offsets[k]].point, w);
+                continue;
+            }
+            for (Index t = offsets[k]; t < offsets[k + 1]; ++t)
+                sink(terms_[t].point, terms_[t].weight * w);
         }
     }
+}
+
+template <int Order, class D, class Sink>
+Jet<double, Order> PatchBasis::polygon_weights(const D& domain,
+                                               Sink&& sink) const noexcept {
+    J<Order> f;
+    J<Order> h_before = domain.h(n_ - 1), h = domain.h(0);
+    for (int i = 0; i < n_; ++i) {
+        const J<Order> h_after = domain.h(cyclic(i + 1));
+        ribbon_weights<Order>(i, domain.s(i), h, blend<Order>(h_before, h),
+                              blend<Order>(h_after, h), f, sink);
+        h_before = h;
+        h = h_after;
+    }
+    return f;
+}
+
+template <int Order, class Sink>
+Jet<double, Order> PatchBasis::triangle_weights(const Triangle<Order>& at,
+                                                Sink&& sink) const noexcept {
+    // Half ribbons: s and h run over halves, and one blend serves all columns. Ribbon 0 has
+    // its side from the first vertex to the corner, ribbon 1 from there to the last.
+    const J<Order> one(1.0);
+    const J<Order> beta = blend<Order>(at.first, at.last);
+    J<Order> f;
+    const auto add = [&](int ribbon, const J<Order>& far, const J<Order>& near,
+                         const J<Order>& weight) {
+        const J<Order> span = at.corner + near;
+        if (span.c[0] == 0)
+            return;  // at the far end of the border, where the weight vanishes
+        const J<Order> half = 0.5 * at.corner / span;
+        ribbon_weights<Order>(
+            ribbon, ribbon == 0 ? J<Order>(0.5) + half : J<Order>(0.5) - half, 0.5 * far,
+            one, one, f, [&](Index i, const J<Order>& w) { sink(i, w * weight); });
+    };
+    add(0, at.last, at.first, beta);
+    J<Order> f0 = f * beta;
+    f = J<Order>();
+    const J<Order> alpha = one - beta;
+    add(1, at.first, at.last, alpha);
+    return f0 + f * alpha;
+}
+
+template <int Order, class Weights, class Sink>
+void PatchBasis::correct(int axis, const J<Order>& scale, const J<Order>& h_i,
+                         const J<Order>& h_o, Weights&& weights,
+                         Sink&& sink) const noexcept {
+    constexpr int kStride = Order + 1;
+    const J<Order> one(1.0), w = blend<Order>(h_o, h_i);
+    const J<Order> tau = double(intervals_) * (w * h_i + (one - w) * (one - h_o));
+    const int interval = std::clamp(static_cast<int>(tau.c[0]), 0, intervals_ - 1);
+    std::array<double, (kMaxDegree + 1) * kStride> taylor;
+    bspline_basis<double>(
+        d_, tau.c[0] - interval, Order,
+        std::span(taylor).first(static_cast<std::size_t>(d_ + 1) * kStride));
+    const JetPowers<double, Order> powers(tau);
+    const Index* offsets =
+        term_offsets_.data() + n_ribbons_ * columns_ * d_ + axis * columns_;
+    for (int m = 0; m <= d_; ++m) {
+        const J<Order> c = powers.compose(taylor.data() + m * kStride) * scale;
+        for (Index t = offsets[interval + m]; t < offsets[interval + m + 1]; ++t)
+            sink(terms_[t].point, terms_[t].weight * c);
+    }
+    const J<Order> f = weights([](Index, const J<Order>&) {});
+    const J<Order> minus = -1.0 * scale / f;
+    weights([&](Index i, const J<Order>& v) { sink(i, minus * v); });
 }
 
 template <int Order, class Sink>
@@ -276,21 +487,67 @@ Jet<double, Order> PatchBasis::for_each_weight(const DomainPoint& p, Chart chart
     if (class_.kind == PatchKind::Regular)
         return regular_weights<Order>(p.a, p.b, sink);
 
+    // Below this distance the second derivatives of the blends, which grow like the
+    // distance to the power -2, drown in rounding, and the ribbons differ by its square.
+    constexpr double kCorner = 1e-8;
+    const bool at_corner = 2 - p.a - p.b < kCorner;
+    const J<Order> one(1.0);
+    J<Order> f;
+
+    if (is_triangle()) {
+        const Triangle<Order> at(p, chart);
+        if (at_corner) {
+            ribbon_weights<Order>(1,
+                                  J<Order>(0.5) - 0.5 * at.corner / (at.corner + at.last),
+                                  0.5 * at.first, one, one, f, sink);
+            return f;
+        }
+        f = triangle_weights<Order>(at, sink);
+        const J<Order> border = at.first + at.last;
+        const Triangle<Order> foot(at.first / border, at.last / border);
+        correct<Order>(
+            0, f * power<Order>(border), 0.5 * foot.last, 0.5 * foot.first,
+            [&](auto&& s) { return triangle_weights<Order>(foot, s); }, sink);
+        return f;
+    }
+
     const Domain<Order> domain(*this, p, chart);
-    Jet<double, Order> f;
-    if (domain.at_corner()) {
+    if (at_corner) {
         const int i = cyclic(p.sector + 1);  // starts at the corner
-        const Jet<double, Order> one(1.0);
         ribbon_weights<Order>(i, domain.s(i), domain.h(i), one, one, f, sink);
         return f;
     }
-    Jet<double, Order> h_before = domain.h(n_ - 1), h = domain.h(0);
-    for (int i = 0; i < n_; ++i) {
-        const Jet<double, Order> h_after = domain.h(cyclic(i + 1));
-        ribbon_weights<Order>(i, domain.s(i), h, domain.blend(h_before, h),
-                              domain.blend(h_after, h), f, sink);
-        h_before = h;
-        h = h_after;
+    f = polygon_weights<Order>(domain, sink);
+    if (class_.border == PatchBorder::Spike) {
+        J<Order> b = f;
+        for (int k = 0; k < n_; ++k)
+            b = b * power<Order>(domain.distance(k) * (1 / centre_distance()));
+        sink(static_cast<Index>(class_.kind == PatchKind::EV ? 0 : class_.ef_centre()),
+             b);
+        for (Index i = 0; i < centre_weights_.size(); ++i)
+            sink(i, -centre_weights_[i] * b);
+    }
+    if (!class_.is_open())
+        return f;
+    const int k = class_.n_sectors;
+    const bool pinned = class_.border == PatchBorder::Pinned;
+    for (int axis = 0; axis <= int(pinned); ++axis) {
+        // The sides that the axis meets, and its coordinate: 1 on side i, -1 on side o.
+        const int i = axis * k, o = i + n_ / 2;
+        J<Order> t = one - domain.distance(i) * (1 / centre_distance());
+        const bool back = t.c[0] < 0;
+        if (back)
+            t = domain.distance(cyclic(o)) * (-1 / centre_distance()) + one;
+        const AxisDomain<Order> foot(*this, back ? cyclic(o) : i, t);
+        J<Order> b = f;
+        for (int side = axis == 0 ? 1 : 0; side <= (pinned && axis == 0 ? k : k - 1);
+             ++side)
+            b = b * power<Order>(domain.distance(side) / foot.distance(side));
+        if (std::ranges::all_of(b.c, [](double x) { return x == 0; }))
+            continue;
+        correct<Order>(
+            axis, b, foot.h(i), foot.h(cyclic(o)),
+            [&](auto&& s) { return polygon_weights<Order>(foot, s); }, sink);
     }
     return f;
 }

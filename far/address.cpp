@@ -57,8 +57,10 @@ int quarter_turns(const Topology& base, Index quarter) noexcept {
 
 QuarterPoint cross_side(const Topology& base, const QuarterPoint& p, int side) noexcept {
     switch (side) {
-        case 0:
-            return {base.next(base.twin[p.quarter]), 0, p.x};
+        case 0: {
+            const Index twin = base.twin[p.quarter];
+            return {twin == kInvalidIndex ? twin : base.next(twin), 0, p.x};
+        }
         case 1:
             return {base.next(p.quarter), p.y, 1};
         case 2:
@@ -66,6 +68,10 @@ QuarterPoint cross_side(const Topology& base, const QuarterPoint& p, int side) n
         default:
             return {base.ccw(p.quarter), p.y, 0};
     }
+}
+
+Index halfedge_of_side(const Topology& base, Index quarter, int side) noexcept {
+    return side == 0 ? quarter : side == 3 ? base.prev(quarter) : kInvalidIndex;
 }
 
 QuarterPoint edge_point(const Topology& base, Index halfedge, double t) noexcept {

@@ -38,10 +38,15 @@ Address to_address(const Topology& base, const QuarterPoint& point) noexcept;
 /// d(x, y)/d(u, v) of to_quarter() is 2 times the rotation by this many quarter turns.
 int quarter_turns(const Topology& base, Index quarter) noexcept;
 
-/// The same point, on a side of its quarter, in the quarter across that side.
-/// \param side  0: y = 0, 1: x = 1, 2: y = 1, 3: x = 0
+/// The same point, on a side of its quarter, in the quarter across that side; its quarter is
+/// kInvalidIndex where nothing lies there, beyond the border.
+/// \param side  0: y = 0, 1: x = 1, 2: y = 1, 3: x = 0; 0 and 3 lie on edges of the mesh
 QuarterPoint cross_side(const Topology& base, const QuarterPoint& point,
                         int side) noexcept;
+
+/// The halfedge of the quarter's face on whose edge a side lies; kInvalidIndex for sides
+/// inside the face.
+Index halfedge_of_side(const Topology& base, Index quarter, int side) noexcept;
 
 /// The point of a base edge at t in [0, 1] from the start of a halfedge, in its face.
 QuarterPoint edge_point(const Topology& base, Index halfedge, double t) noexcept;

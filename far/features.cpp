@@ -170,18 +170,6 @@ private:
     std::optional<EdgeFinder> edges_;
 };
 
-bool any_sharp(const std::vector<double>& sharpness) {
-    return std::ranges::any_of(sharpness, [](double s) { return s > 0; });
-}
-
-/// Whether a tag makes a closed mesh's surface another one.
-bool changes_surface(const Tag& tag) {
-    if (tag.name == "crease" || tag.name == "corner")
-        return any_sharp(tag.floats);
-    return tag.name == "hole" ||
-           (tag.name == "smoothtriangles" && tag.text.front() == "smooth");
-}
-
 }  // namespace
 
 Result<Features> build_features(const MeshData& data, const Topology& topology,
@@ -263,34 +251,66 @@ std::vector<Tag> to_tags(const Topology& t, const Features& f) {
     return tags;
 }
 
-Status check_closed_and_smooth(const MeshData& data, const Topology& t,
-                               const Features& f) {
-    for (Index h = 0; h < t.n_halfedges(); ++h) {
-        if (t.is_border(h)) {
-            return fail(
-                ErrorCode::OpenBoundary,
-                fmt::format("face {} has no neighbour at the edge of vertices {} and {}: "
-                            "open meshes are not supported here yet",
-                            t.face[h], t.vertex[h], t.to_vertex(h)),
-                t.face[h], line_of(data.face_lines, t.face[h]));
-        }
-    }
-    for (Index v = 0; v < t.n_vertices(); ++v) {
-        if (t.valence(v) == 2) {
-            return fail(ErrorCode::ValenceTwo,
-                        fmt::format("vertex {} is interior and has two faces only", v), v,
-                        line_of(data.vertex_lines, v));
-        }
-    }
-    if (!any_sharp(f.edge_sharpness) && !any_sharp(f.vertex_sharpness) &&
-        std::ranges::find(f.hole, true) == f.hole.end() && !f.smooth_triangles)
+namespace {
+
+/// An interior vertex between two faces with nothing sharp to part them.
+bool is_flat_fold(const Topology& t, const Features& f, Index v) {
+    int n_faces = 0, n_sharp = 0;
+    bool has_surface = false;
+    t.for_each_outgoing(v, [&](Index h) {
+        ++n_faces;
+        n_sharp += f.edge(t.edge[h]) >= kInfinitelySharp;
+        has_surface |= f.hole.empty() || !f.hole[t.face[h]];
+    });
+    const Index first = t.vertex_halfedge[v];
+    return n_faces == 2 && n_sharp < 2 && has_surface && !t.is_border(first);
+}
+
+Status refuse_valence_two(const MeshData& data, Index v) {
+    return fail(ErrorCode::ValenceTwo,
+                fmt::format("vertex {} is interior and has two faces only", v), v,
+                line_of(data.vertex_lines, v));
+}
+
+bool is_semi_sharp(double s) {
+    return s > 0 && s < kInfinitelySharp;
+}
+
+}  // namespace
+
+Status check_refinement(const MeshData& data, const Topology& t, const Features& f,
+                        int degree) {
+    if (degree % 2 == 1)
         return ok();
-    const auto tag = std::ranges::find_if(data.tags, changes_surface);
+    for (Index v = 0; v < t.n_vertices(); ++v) {
+        const Index h = t.vertex_halfedge[v];
+        if (h != kInvalidIndex && !t.is_border(h) && t.valence(v) == 2)
+            return refuse_valence_two(data, v);
+    }
+    const bool semi_sharp = std::ranges::any_of(f.edge_sharpness, is_semi_sharp) ||
+                            std::ranges::any_of(f.vertex_sharpness, is_semi_sharp);
+    if (!semi_sharp && !f.smooth_triangles)
+        return ok();
+    const auto tag = std::ranges::find_if(data.tags, [&](const Tag& candidate) {
+        return semi_sharp ? (candidate.name == "crease" || candidate.name == "corner") &&
+                                std::ranges::any_of(candidate.floats, is_semi_sharp)
+                          : candidate.name == "smoothtriangles";
+    });
     const auto i = static_cast<Index>(tag - data.tags.begin());
-    return fail(
-        ErrorCode::UnsupportedTag,
-        fmt::format("tag {} is '{}', which is not supported here yet", i, tag->name), i,
-        tag->line);
+    return fail(ErrorCode::UnsupportedTag,
+                fmt::format("tag {} is '{}'{}, which even degrees do not take", i,
+                            tag->name, semi_sharp ? " with a finite sharpness" : ""),
+                i, tag->line);
+}
+
+Status check_surface(const MeshData& data, const Topology& t, const Features& features,
+                     int degree) {
+    const Features f = with_border(t, features);
+    for (Index v = 0; v < t.n_vertices(); ++v) {
+        if (t.vertex_halfedge[v] != kInvalidIndex && is_flat_fold(t, f, v))
+            return refuse_valence_two(data, v);
+    }
+    return check_refinement(data, t, features, degree);
 }
 
 }  // namespace osdx

@@ -78,10 +78,15 @@ Features with_border(const Topology& topology, Features features);
 /// The tags from which build_features() makes these features again.
 std::vector<Tag> to_tags(const Topology& topology, const Features& features);
 
-/// Refuses what even degrees and surfaces do not take yet: borders (OpenBoundary), interior
-/// vertices of two faces (ValenceTwo), sharp features and holes (UnsupportedTag).
+/// Refuses what a surface of a degree cannot be made of: interior vertices of two faces, over
+/// which no patch can be laid (ValenceTwo), and for even degrees semi-sharp features and smooth
+/// triangles, which they have no rules for (UnsupportedTag).
 /// \param data  the mesh of the topology, for its lines and tags
-Status check_closed_and_smooth(const MeshData& data, const Topology& topology,
-                               const Features& features);
+Status check_surface(const MeshData& data, const Topology& topology,
+                     const Features& features, int degree);
+
+/// The part of check_surface() that refinement needs: nothing for odd degrees.
+Status check_refinement(const MeshData& data, const Topology& topology,
+                        const Features& features, int degree);
 
 }  // namespace osdx

@@ -17,7 +17,8 @@ namespace osdx {
 /// One patch, as a view into the table that owns it.
 struct PatchRef {
     Index patch_class;  ///< index into PatchTable::classes()
-    int level;          ///< of refinement; 0: its control points are base vertices
+    int level;          ///< of refinement; 0: its control points are base vertices, and
+                        ///< mirror images of such at a border
     std::span<const Index> points;  ///< control points in the order of PatchClass
 };
 
@@ -50,7 +51,8 @@ struct Cell {
 /// levels may meet.
 ///
 /// A point index below n_base_points() is a vertex of the base mesh; the others are points
-/// of refined meshes, fixed affine combinations (stencils) of the points before them.
+/// of refined meshes, or their mirror images beyond a border: fixed affine combinations
+/// (stencils) of the points before them.
 ///
 /// Threads: const members may run at the same time.
 class PatchTable {
@@ -101,6 +103,7 @@ public:
 private:
     friend class PatchTableBuilder;
 
+    static constexpr Index kLeafBit = Index(1) << 31;
     // Where a cell lies in the chart of its patch.
     struct Leaf {
         Index patch;
@@ -128,20 +131,28 @@ private:
     std::vector<Leaf> leaves_;
     // Roots: one per quarter. The top bit marks a leaf, the rest is its index; without it,
     // the index of the first of four children, child j at corner j of the parent's frame.
+    // kInvalidIndex in faces without surface.
     std::vector<Index> nodes_;
 };
 
 struct PatchTableOptions {
     int degree = 3;  ///< of the patches; kMinDegree to kMaxDegree
+    /// Level to which the inner ends of creases and infinitely sharp vertices without creases
+    /// are refined, 0 to 16. One patch covers what is left around them; it joins its
+    /// neighbours like all others, but inside it errs from the limit surface by about
+    /// 4^-isolation of the curvature of the mesh there.
+    int isolation = 6;
 };
 
 /// Covers the surface with patches, each at the coarsest level at which its neighbourhood
 /// allows it: an extraordinary vertex or face that is isolated in the base mesh needs no
-/// refinement.
+/// refinement. Only what is not covered yet is refined.
 /// Source: Hettinga and Kosinka, Multisided B-spline patches over extraordinary regions
 /// (2020), for the control nets.
-/// \pre kMinDegree <= options.degree <= kMaxDegree
-PatchTable build_patch_table(Topology base, Features features,
-                             const PatchTableOptions& options = {});
+/// \return InvalidOption, or NotIsolated with the base face whose surroundings no refinement
+///         makes regular
+/// \pre check_surface() has taken the mesh
+Result<PatchTable> build_patch_table(Topology base, Features features,
+                                     const PatchTableOptions& options = {});
 
 }  // namespace osdx

@@ -3,31 +3,15 @@
 
 #include "far/refine.h"
 
-#include <algorithm>
 #include <cassert>
-#include <cstdint>
 #include <numeric>
 
+#include "far/refine_step.h"
+
 namespace osdx {
-namespace {
+namespace detail {
 
-/// Appends a row per face: the centroid of its vertices.
-void add_face_centroids(const Topology& t, StencilTable& s) {
-    for (Index f = 0; f < t.n_faces(); ++f) {
-        const double w = 1.0 / t.face_size(f);
-        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
-            s.add(t.vertex[h], w);
-        s.end_row();
-    }
-}
-
-StencilTable face_centroids(const Topology& t) {
-    StencilTable s;
-    add_face_centroids(t, s);
-    return s;
-}
-
-StencilTable identity(Index n) {
+StencilTable identity_stencils(Index n) {
     StencilTable s;
     for (Index i = 0; i < n; ++i) {
         s.add(i, 1.0);
@@ -36,265 +20,134 @@ StencilTable identity(Index n) {
     return s;
 }
 
-/// Rows of split(t): vertices stay, edges and faces take the middle.
-StencilTable split_stencils(const Topology& t) {
-    StencilTable s = identity(t.n_vertices());
-    std::vector<Index> halfedge(t.n_edges);
-    for (Index h = 0; h < t.n_halfedges(); ++h)
-        halfedge[t.edge[h]] = h;
-    for (const Index h : halfedge) {
-        s.add(t.vertex[h], 0.5);
-        s.add(t.to_vertex(h), 0.5);
-        s.end_row();
+std::vector<bool> vertices_beside_gaps(const RefinedLevel& level) {
+    const Topology& t = level.topology;
+    std::vector<bool> result;
+    for (Index h = 0; h < t.n_halfedges(); ++h) {
+        if (!t.is_border(h) || !level.is_gap(t.edge[h]))
+            continue;
+        result.resize(t.n_vertices());
+        result[t.vertex[h]] = result[t.to_vertex(h)] = true;
     }
-    add_face_centroids(t, s);
-    return s;
+    return result;
 }
 
-/// A row per vertex over faces: the average of the incident ones.
-StencilTable vertex_averages(const Topology& t) {
-    StencilTable s;
-    for (Index v = 0; v < t.n_vertices(); ++v) {
-        const double w = 1.0 / t.valence(v);
-        t.for_each_outgoing(v, [&](Index h) { s.add(t.face[h], w); });
-        s.end_row();
+StencilTable KnownRows::filter(StencilTable rows, const std::vector<bool>& unusable) {
+    if (known_.empty() && unusable.empty())
+        return rows;
+    StencilTable result;
+    std::vector<bool> known(rows.n_rows());
+    for (Index r = 0; r < rows.n_rows(); ++r) {
+        bool ok = unusable.empty() || !unusable[r];
+        for (std::size_t k = rows.offsets[r]; ok && k < rows.offsets[r + 1]; ++k)
+            ok = known_.empty() || known_[rows.indices[k]];
+        for (std::size_t k = rows.offsets[r]; ok && k < rows.offsets[r + 1]; ++k)
+            result.add(rows.indices[k], rows.weights[k]);
+        result.end_row();
+        known[r] = ok;
     }
-    return s;
+    known_ = std::move(known);
+    return result;
 }
 
-/// The sharpness of the edges and vertices of split(t) after one step.
-Features child_features(const Topology& t, const Features& f) {
-    Features child;
-    child.boundary = f.boundary;
-    child.creases = f.creases;
-    const auto lower = [](double s) {
-        return s >= kInfinitelySharp ? s : std::max(s - 1, 0.0);
-    };
-    if (!f.vertex_sharpness.empty()) {
-        child.vertex_sharpness.assign(t.n_vertices() + t.n_edges + t.n_faces(), 0.0);
-        for (Index v = 0; v < t.n_vertices(); ++v)
-            child.vertex_sharpness[v] = lower(f.vertex(v));
-    }
-    if (!f.hole.empty()) {
-        for (Index h = 0; h < t.n_halfedges(); ++h)
-            child.hole.push_back(f.hole[t.face[h]]);
-    }
-    if (f.edge_sharpness.empty())
-        return child;
+}  // namespace detail
 
-    child.edge_sharpness.assign(2 * t.n_edges + t.n_halfedges(), 0.0);
-    std::vector<Index> first_vertex(t.n_edges);  // where half 2 e of edge e starts
-    for (Index h = t.n_halfedges(); h-- > 0;)
-        first_vertex[t.edge[h]] = t.vertex[h];
-    for (Index v = 0; v < t.n_vertices(); ++v) {
-        double sum = 0;
-        int n_semi_sharp = 0;
-        t.for_each_edge(v, [&](Index e, Index) {
-            if (f.edge(e) > 0 && f.edge(e) < kInfinitelySharp) {
-                sum += f.edge(e);
-                ++n_semi_sharp;
-            }
-        });
-        t.for_each_edge(v, [&](Index e, Index) {
-            double s = f.edge(e);
-            if (f.creases == CreaseMethod::Chaikin && s > 0 && s < kInfinitelySharp &&
-                n_semi_sharp > 1)
-                s = 0.75 * s + 0.25 * (sum - s) / (n_semi_sharp - 1);
-            child.edge_sharpness[2 * e + (v == first_vertex[e] ? 0 : 1)] = lower(s);
-        });
-    }
-    return child;
-}
+namespace {
 
-enum class Rule : std::uint8_t { Smooth, Crease, Corner };
-
-Rule rule_of(double vertex_sharpness, int n_sharp_edges) {
-    if (vertex_sharpness > 0 || n_sharp_edges > 2)
-        return Rule::Corner;
-    return n_sharp_edges == 2 ? Rule::Crease : Rule::Smooth;
-}
-
-/// Writes the rows of an odd smoothing of the quads that split() made of a mesh.
-///
-/// Smooth: v' = (n-3)/n v + 2/n avg(edge neighbours) + 1/n avg(face-diagonal neighbours).
-/// Right after split(), the vertices of edges become the average of their edge neighbours,
-/// as in Catmull-Clark: the same between quads, but not next to other faces.
-class OddSmoothing {
-public:
-    /// \param features, child  sharpness of the mesh before and after the step
-    OddSmoothing(const Topology& mesh, const Features& features, const Topology& quads,
-                 const Features& child)
-        : mesh_(mesh), features_(features), quads_(quads), child_(child) {}
-
-    StencilTable rows(bool right_after_split) {
-        StencilTable s;
-        for (Index v = 0; v < quads_.n_vertices(); ++v) {
-            add_row(v, right_after_split, s);
-            s.end_row();
-        }
-        return s;
-    }
-
-private:
-    bool is_edge_vertex(Index v) const {
-        return v >= mesh_.n_vertices() && v < mesh_.n_vertices() + mesh_.n_edges;
-    }
-    double sharpness_before(Index edge) const {
-        return edge < 2 * mesh_.n_edges ? features_.edge(edge / 2) : 0.0;
-    }
-
-    void add_row(Index v, bool right_after_split, StencilTable& s) const {
-        int n_before = 0, n_after = 0, n_ended = 0;
-        double ended = 0;
-        const auto note = [&](double before, double after) {
-            if (before > 0 && after <= 0) {
-                ++n_ended;
-                ended += before;
-            }
-        };
-        quads_.for_each_edge(v, [&](Index e, Index) {
-            n_before += sharpness_before(e) > 0;
-            n_after += child_.edge(e) > 0;
-            note(sharpness_before(e), child_.edge(e));
-        });
-        const double before = v < mesh_.n_vertices() ? features_.vertex(v) : 0.0;
-        note(before, child_.vertex(v));
-
-        const Rule from = rule_of(before, n_before),
-                   to = rule_of(child_.vertex(v), n_after);
-        const double w = from == to || n_ended == 0 ? 1 : std::min(1.0, ended / n_ended);
-        add_rule(from, v, w, right_after_split, s,
-                 [&](Index e) { return sharpness_before(e) > 0; });
-        if (w < 1) {
-            add_rule(to, v, 1 - w, right_after_split, s,
-                     [&](Index e) { return child_.edge(e) > 0; });
-        }
-    }
-
-    template <class IsSharp>
-    void add_rule(Rule rule, Index v, double w, bool right_after_split, StencilTable& s,
-                  IsSharp&& is_sharp) const {
-        switch (rule) {
-            case Rule::Corner:
-                s.add(v, w);
-                break;
-            case Rule::Crease:
-                s.add(v, 0.5 * w);
-                quads_.for_each_edge(v, [&](Index e, Index to) {
-                    if (is_sharp(e))
-                        s.add(to, 0.25 * w);
-                });
-                break;
-            case Rule::Smooth:
-                if (right_after_split && is_edge_vertex(v))
-                    add_edge_point(v, w, s);
-                else
-                    add_smooth(v, w, right_after_split, s);
-                break;
-        }
-    }
-
-    /// The point of an edge between faces F0 and F1: f (F0 + F1) + (1/2 - f) (V0 + V1).
-    void add_edge_point(Index v, double w, StencilTable& s) const {
-        const Index first_face = mesh_.n_vertices() + mesh_.n_edges;
-        double f = 0;
-        quads_.for_each_edge(v, [&](Index, Index to) {
-            if (to >= first_face) {
-                const bool triangle =
-                    features_.smooth_triangles && mesh_.face_size(to - first_face) == 3;
-                f += 0.5 * (triangle ? kSmoothTriangle : 0.25);
-            }
-        });
-        quads_.for_each_edge(
-            v, [&](Index, Index to) { s.add(to, w * (to >= first_face ? f : 0.5 - f)); });
-    }
-
-    void add_smooth(Index v, double w, bool right_after_split, StencilTable& s) const {
-        const double n = quads_.valence(v);
-        if (n == 0) {
-            s.add(v, w);
+/// The part of a level that has the faces `keep`.
+RefinedLevel part_of(const RefinedLevel& level, const std::vector<bool>& keep,
+                     std::vector<Index>& vertices, std::vector<Index>& halfedges) {
+    Submesh sub = submesh(level.topology, keep);
+    RefinedLevel part;
+    const auto select = [](const auto& from, const std::vector<Index>& which, auto& to) {
+        if (from.empty())
             return;
-        }
-        double own = (n - 3) / n, beside = 2 / (n * n), diagonal = 1 / (n * n);
-        if (n == 2 && !right_after_split) {
-            // The centre's weight would be negative; Zorin and Schroeder's (2001) is not.
-            own = 0.25;
-            beside = 0.25;
-            diagonal = 0.125;
-        }
-        if (own != 0)
-            s.add(v, w * own);
-        quads_.for_each_outgoing(v, [&](Index h) {
-            const Index to = quads_.next(h);
-            s.add(quads_.vertex[to], w * beside);
-            s.add(quads_.vertex[quads_.next(to)], w * diagonal);
-        });
-    }
-
-    // Weight of a triangle's centre in OpenSubdiv's TRI_SUB_SMOOTH.
-    static constexpr double kSmoothTriangle = 0.47;
-
-    const Topology& mesh_;
-    const Features& features_;
-    const Topology& quads_;
-    const Features& child_;
-};
-
-RefinedLevel refine_odd(const RefinedLevel& parent, int degree) {
-    const Topology& mesh = parent.topology;
-    RefinedLevel level;
-    level.topology = split(mesh);
-    level.features = child_features(mesh, parent.features);
-    OddSmoothing smoothing(mesh, parent.features, level.topology, level.features);
-    level.factors.push_back(
-        compose(smoothing.rows(true), split_stencils(mesh), mesh.n_vertices()));
-    if (degree >= 5)
-        level.factors.insert(level.factors.end(), (degree - 3) / 2,
-                             smoothing.rows(false));
-    return level;
-}
-
-RefinedLevel refine_even(const Topology& parent, int degree, bool parent_is_base) {
-    RefinedLevel level;
-    const Topology quads = split(parent);
-    std::vector<Index> map;
-    level.topology = dual(quads, &map);
-    level.factors.push_back(
-        compose(face_centroids(quads), split_stencils(parent), parent.n_vertices()));
-    if (degree >= 4) {
-        const StencilTable to_faces = face_centroids(level.topology);
-        const StencilTable to_vertices = vertex_averages(level.topology);
-        for (int i = 0; i < (degree - 2) / 2; ++i) {
-            level.factors.push_back(to_faces);
-            level.factors.push_back(to_vertices);
+        to.reserve(which.size());
+        for (const Index i : which)
+            to.push_back(from[i]);
+    };
+    part.features.boundary = level.features.boundary;
+    part.features.creases = level.features.creases;
+    part.features.smooth_triangles = level.features.smooth_triangles;
+    select(level.features.edge_sharpness, sub.edges, part.features.edge_sharpness);
+    select(level.features.hole, sub.faces, part.features.hole);
+    select(level.face_kinds, sub.faces, part.face_kinds);
+    select(level.gap, sub.edges, part.gap);
+    for (Index h = 0; h < sub.topology.n_halfedges(); ++h) {
+        if (sub.topology.is_border(h) && !level.topology.is_border(sub.halfedges[h])) {
+            part.gap.resize(sub.topology.n_edges);
+            part.gap[sub.topology.edge[h]] = true;
         }
     }
-    // Quad h of split(parent) has the vertex of corner h at its corner 0, the face at 2.
-    level.corner_halfedges.resize(parent.n_halfedges());
-    for (Index h = 0; h < parent.n_halfedges(); ++h)
-        level.corner_halfedges[h] = map[4 * h + (parent_is_base ? 0 : 2)];
-    return level;
+    std::vector<Index> face(level.spikes.empty() ? 0 : level.topology.n_faces(),
+                            kInvalidIndex);
+    for (Index f = 0; f < sub.faces.size() && !face.empty(); ++f)
+        face[sub.faces[f]] = f;
+    for (const auto& [f, vertex] : level.spikes) {
+        if (face[f] == kInvalidIndex)
+            continue;
+        part.spikes.emplace_back(face[f], sub.topology.n_vertices());
+        sub.topology.vertex_halfedge.push_back(kInvalidIndex);
+        sub.vertices.push_back(vertex);
+    }
+    select(level.features.vertex_sharpness, sub.vertices, part.features.vertex_sharpness);
+    select(level.known, sub.vertices, part.known);
+    select(level.point_kinds, sub.vertices, part.point_kinds);
+    part.topology = std::move(sub.topology);
+    vertices = std::move(sub.vertices);
+    halfedges = std::move(sub.halfedges);
+    return part;
 }
 
 }  // namespace
 
-Refinement::Refinement(Topology base, int degree, Features features) : degree_(degree) {
+Refinement::Refinement(Topology base, int degree, Features features)
+    : degree_(degree), n_base_points_(base.n_vertices()) {
     assert(degree >= kMinDegree && degree <= kMaxDegree);
+    features = with_border(base, std::move(features));
+    if (degree % 2 == 0) {
+        levels_.push_back(detail::even_base(std::move(base), features));
+        return;
+    }
     RefinedLevel level;
-    level.features = with_border(base, std::move(features));
     level.topology = std::move(base);
+    level.features = std::move(features);
     levels_.push_back(std::move(level));
+}
+
+void Refinement::add_refined(const RefinedLevel& parent) {
+    levels_.push_back(degree_ % 2
+                          ? detail::refine_odd(parent, degree_)
+                          : detail::refine_even(parent, degree_, levels_.size() == 1));
 }
 
 void Refinement::add_level() {
     const RefinedLevel& parent = levels_.back();
-    levels_.push_back(degree_ % 2
-                          ? refine_odd(parent, degree_)
-                          : refine_even(parent.topology, degree_, levels_.size() == 1));
+    add_refined(parent);
+    levels_.back().children.resize(parent.topology.n_halfedges());
+    std::iota(levels_.back().children.begin(), levels_.back().children.end(), Index(0));
+}
+
+void Refinement::add_level(const std::vector<bool>& keep) {
+    std::vector<Index> vertices, halfedges;
+    const Index n_corners = levels_.back().topology.n_halfedges();
+    const RefinedLevel part = part_of(levels_.back(), keep, vertices, halfedges);
+    add_refined(part);
+    RefinedLevel& level = levels_.back();
+    for (Index& i : level.factors.front().indices)
+        i = vertices[i];
+    level.children.assign(n_corners, kInvalidIndex);
+    for (Index h = 0; h < halfedges.size(); ++h)
+        level.children[halfedges[h]] = h;
 }
 
 std::vector<Vec3<double>> Refinement::points(std::span<const Vec3<double>> base) const {
     std::vector<Vec3<double>> in(base.begin(), base.end()), out;
+    if (!levels_[0].base_vertices.empty()) {
+        in.clear();
+        for (const Index v : levels_[0].base_vertices)
+            in.push_back(base[v]);
+    }
     for (const RefinedLevel& level : levels_) {
         for (const StencilTable& factor : level.factors) {
             out.resize(factor.n_rows());
@@ -306,8 +159,10 @@ std::vector<Vec3<double>> Refinement::points(std::span<const Vec3<double>> base)
 }
 
 StencilTable Refinement::stencils() const {
-    const Index n_base = levels_[0].topology.n_vertices();
-    StencilTable product = identity(n_base);
+    const Index n_base = n_base_points_;
+    StencilTable product = detail::identity_stencils(levels_[0].topology.n_vertices());
+    if (!levels_[0].base_vertices.empty())
+        product.indices = levels_[0].base_vertices;
     for (const RefinedLevel& level : levels_) {
         for (const StencilTable& factor : level.factors)
             product = compose(factor, product, n_base);
@@ -340,10 +195,13 @@ Refinement::Chain Refinement::chain(std::vector<std::vector<bool>> wanted) const
     }
 
     // Forwards: their places, and the rows over them.
-    const Index n_base = levels_[0].topology.n_vertices();
+    const Index n_base = n_base_points_;
     Chain chain;
-    std::vector<Index> place(n_base);
-    std::iota(place.begin(), place.end(), Index(0));
+    std::vector<Index> place = levels_[0].base_vertices;
+    if (place.empty()) {
+        place.resize(n_base);
+        std::iota(place.begin(), place.end(), Index(0));
+    }
     chain.place.push_back(place);
     for (std::size_t l = 1; l < levels_.size(); ++l) {
         for (std::size_t f = 0; f < levels_[l].factors.size(); ++f) {

@@ -3,7 +3,10 @@
 
 #pragma once
 
+#include <cstdint>
+#include <deque>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "far/features.h"
@@ -13,18 +16,55 @@
 
 namespace osdx {
 
-/// One level of uniform refinement.
+/// What the point of a vertex is to the surface. Even degrees have border curves of their
+/// own: at level 0 the border runs through the vertices, later it runs midway between the
+/// Inner points and their mirror images beyond the border, through the Curve points.
+enum class PointKind : std::uint8_t {
+    Inner,
+    Curve,   ///< of the control polygon of a border curve
+    Pinned,  ///< the end of border curves, where the surface is pinned to its vertex
+    Dart,    ///< level 0: where a crease ends inside
+    Spike,   ///< level 0: an infinitely sharp vertex without creases
+};
+
+/// Even degrees, levels from 1 on: what lies in the middle of a face.
+enum class FaceKind : std::uint8_t {
+    Plain,
+    Border,  ///< half a face: its mirror image completes it; a border curve runs through
+    Pinned,  ///< the sector of a face between two border curves that end in its middle
+    Dart,    ///< a crease ends in its middle
+    Spike,   ///< the surface is pinned to a point in its middle
+};
+
+/// One level of refinement, of the whole mesh or of a part.
 struct RefinedLevel {
     Topology topology;
-    /// What is left of the sharpness on this level; the border is infinitely sharp.
+    /// Odd degrees: what is left of the sharpness; the border is infinitely sharp.
     Features features;
     /// From the points of the level above to the points of this one: the tables are applied
     /// one after the other. Kept apart, since their product is larger.
     std::vector<StencilTable> factors;
-    /// Even degrees: vertex h comes from corner h of the level above, and this halfedge
-    /// starts there in the face of that corner's vertex (at level 1) or face (later levels).
-    /// Empty for odd degrees.
+    /// By halfedge of the level above: the face (odd degrees) or vertex (even degrees) that
+    /// its corner became; kInvalidIndex where that part was left out. Empty at level 0.
+    std::vector<Index> children;
+    /// Even degrees: by vertex that comes from a corner, the halfedge that starts there in
+    /// the face of that corner's vertex (at level 1) or face (later levels).
     std::vector<Index> corner_halfedges;
+
+    /// Edges that are borders only because the mesh was left out beyond; empty: none.
+    std::vector<bool> gap;
+    /// Vertices whose points are known: those too close to a gap are not. Empty: all.
+    std::vector<bool> known;
+
+    /// Even degrees: infinitely sharp edges are cut, so that all curves are borders.
+    std::vector<Index> base_vertices;  ///< level 0: where each vertex comes from
+    std::vector<PointKind> point_kinds;
+    std::vector<FaceKind> face_kinds;
+    /// Faces of FaceKind::Spike and the vertices, without faces, of their points.
+    std::vector<std::pair<Index, Index>> spikes;
+
+    bool is_gap(Index edge) const noexcept { return !gap.empty() && gap[edge]; }
+    bool is_known(Index vertex) const noexcept { return known.empty() || known[vertex]; }
 };
 
 /// Uniform subdivision of any degree d >= 2: on a regular grid the refinement of the uniform
@@ -33,7 +73,8 @@ struct RefinedLevel {
 /// Odd d: linear subdivision, then (d - 1)/2 smoothings of the vertices; d = 3 is
 /// Catmull-Clark. Vertices of a level: those of the level above, its edges, its faces.
 /// Even d: linear subdivision, its dual, then (d - 2)/2 smoothings. Vertices of a level:
-/// the corners (halfedges) of the level above; a vertex that no face uses has none.
+/// the corners (halfedges) of the level above; a vertex that no face uses has none; at level 1
+/// then two points for each edge of a border curve and one for each pinned end.
 /// Source: Stam, On subdivision schemes generalizing uniform B-spline surfaces of arbitrary
 /// degree (2001). Differs: next to faces that are no quads the first smoothing takes the
 /// edge points of Catmull and Clark (1978), so that d = 3 is their scheme on every mesh.
@@ -42,21 +83,28 @@ struct RefinedLevel {
 /// creases and borders; where sharpness ends on a level, sharp and smooth rules are mixed by
 /// what was left of it. d = 3 is the scheme of OpenSubdiv (DeRose, Kass and Truong 1998), and
 /// a border is refined like the uniform B-spline curve of degree d of its polygon.
+/// Even d: the same for borders and infinitely sharp edges and vertices, as if the surface
+/// went on beyond the border by the point reflection P(-x) = 2 P(0) - P(x): a face that the
+/// border halves has its centroid on the border.
 class Refinement {
 public:
-    /// \pre kMinDegree <= degree <= kMaxDegree; even degrees: check_closed_and_smooth()
+    /// \pre kMinDegree <= degree <= kMaxDegree; even degrees: check_even()
     Refinement(Topology base, int degree, Features features = {});
 
     int degree() const noexcept { return degree_; }
     int n_levels() const noexcept { return static_cast<int>(levels_.size()); }
-    /// Level 0 is the base mesh.
+    /// Level 0 is the base mesh; even degrees cut it along infinitely sharp edges.
     const RefinedLevel& level(int i) const noexcept { return levels_[i]; }
     const Topology& topology(int i) const noexcept { return levels_[i].topology; }
+    Index n_base_points() const noexcept { return n_base_points_; }
 
     void add_level();
+    /// Refines a part of the last level.
+    /// \pre keep.size() == topology(n_levels() - 1).n_faces()
+    void add_level(const std::vector<bool>& keep);
 
     /// The points of the last level.
-    /// \pre base.size() == topology(0).n_vertices()
+    /// \pre base.size() == n_base_points(); no level was added in part
     std::vector<Vec3<double>> points(std::span<const Vec3<double>> base) const;
 
     /// The points of the last level as stencils over the base vertices.
@@ -73,12 +121,16 @@ public:
         std::vector<std::vector<Index>> place;
     };
     /// \param wanted  by level and vertex; points on the way to these get rows as well
-    /// \pre wanted.size() == n_levels(); wanted[i].size() == topology(i).n_vertices()
+    /// \pre wanted.size() == n_levels(); wanted[i].size() == topology(i).n_vertices(); what is
+    ///      wanted is known
     Chain chain(std::vector<std::vector<bool>> wanted) const;
 
 private:
+    void add_refined(const RefinedLevel& parent);
+
     int degree_;
-    std::vector<RefinedLevel> levels_;
+    Index n_base_points_;
+    std::deque<RefinedLevel> levels_;  // references stay valid
 };
 
 }  // namespace osdx

@@ -27,7 +27,7 @@ enum class ErrorCode : std::uint8_t {
     InvalidTag,         ///< a tag names what is not there, or holds the wrong values
     UnsupportedTag,     ///< a tag changes the surface in a way that is not supported
     ValenceTwo,         ///< an interior vertex has two faces only, which surfaces refuse
-    OpenBoundary,       ///< an edge has one face (surfaces of open meshes come later)
+    NotIsolated,        ///< no refinement makes the surroundings of a face regular
     NoTexcoords,        ///< the mesh has no texture coordinates
     InvalidOption,      ///< an option is outside the range that its comment states
     DeviceFailure,      ///< Embree refused the request

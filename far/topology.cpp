@@ -3,7 +3,7 @@
 
 #include "far/topology.h"
 
-#include <algorithm>
+#include <array>
 #include <cassert>
 
 namespace osdx {
@@ -93,37 +93,203 @@ Topology split(const Topology& t) {
 
 Topology dual(const Topology& t, std::vector<Index>* halfedge_map) {
     const Index n = t.n_halfedges();
-    std::vector<Index> map(n);
+    std::vector<Index> map(n, kInvalidIndex);
     Topology d;
-    d.n_edges = t.n_edges;
     d.face_offsets.reserve(t.n_vertices() + 1);
     d.vertex.reserve(n);
-    d.edge.reserve(n);
     d.face.reserve(n);
-    d.twin.resize(n);
     d.vertex_halfedge.assign(t.n_faces(), kInvalidIndex);
-    assert(std::ranges::find(t.twin, kInvalidIndex) == t.twin.end());
+    std::vector<Index> source;
+    source.reserve(n);
     for (Index v = 0; v < t.n_vertices(); ++v) {
-        if (t.vertex_halfedge[v] == kInvalidIndex)
+        const Index first = t.vertex_halfedge[v];
+        if (first == kInvalidIndex || t.is_border(first))
             continue;
         const Index dual_face = d.n_faces();
         t.for_each_outgoing(v, [&](Index h) {
             map[h] = d.n_halfedges();
-            Index& out = d.vertex_halfedge[t.face[h]];
-            if (out == kInvalidIndex)
-                out = d.n_halfedges();
+            source.push_back(h);
             d.vertex.push_back(t.face[h]);
-            d.edge.push_back(
-                t.edge[t.ccw(h)]);  // the edge crossed on the way to the next
             d.face.push_back(dual_face);
         });
         d.face_offsets.push_back(d.n_halfedges());
     }
-    for (Index h = 0; h < n; ++h)
-        d.twin[map[h]] = map[t.next(t.ccw(h))];
+    d.twin.resize(d.n_halfedges());
+    d.edge.resize(d.n_halfedges());
+    // Dual halfedges cross an edge on the way to the next face; edges keep their order.
+    std::vector<Index> number(t.n_edges, kInvalidIndex);
+    for (const Index h : source)
+        number[t.edge[t.ccw(h)]] = 0;
+    for (Index& e : number) {
+        if (e != kInvalidIndex)
+            e = d.n_edges++;
+    }
+    for (Index k = 0; k < d.n_halfedges(); ++k) {
+        const Index onwards = t.ccw(source[k]);
+        d.twin[k] = map[t.next(onwards)];
+        d.edge[k] = number[t.edge[onwards]];
+        Index& out = d.vertex_halfedge[d.vertex[k]];
+        if (out == kInvalidIndex || d.is_border(k))
+            out = k;
+    }
     if (halfedge_map)
         *halfedge_map = std::move(map);
     return d;
+}
+
+Submesh submesh(const Topology& t, const std::vector<bool>& keep) {
+    Submesh s;
+    std::vector<Index> vertex(t.n_vertices(), kInvalidIndex),
+        halfedge(t.n_halfedges(), kInvalidIndex), edge(t.n_edges, kInvalidIndex);
+    for (Index f = 0; f < t.n_faces(); ++f) {
+        if (!keep[f])
+            continue;
+        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h) {
+            vertex[t.vertex[h]] = edge[t.edge[h]] = 0;
+            halfedge[h] = static_cast<Index>(s.halfedges.size());
+            s.halfedges.push_back(h);
+            s.topology.face.push_back(static_cast<Index>(s.faces.size()));
+        }
+        s.faces.push_back(f);
+        s.topology.face_offsets.push_back(static_cast<Index>(s.halfedges.size()));
+    }
+    const auto number = [](std::vector<Index>& map, std::vector<Index>& sources) {
+        for (Index i = 0; i < map.size(); ++i) {
+            if (map[i] == kInvalidIndex)
+                continue;
+            map[i] = static_cast<Index>(sources.size());
+            sources.push_back(i);
+        }
+    };
+    number(vertex, s.vertices);
+    number(edge, s.edges);
+    Topology& r = s.topology;
+    r.n_edges = static_cast<Index>(s.edges.size());
+    r.vertex_halfedge.assign(s.vertices.size(), kInvalidIndex);
+    for (Index k = 0; k < s.halfedges.size(); ++k) {
+        const Index h = s.halfedges[k];
+        r.vertex.push_back(vertex[t.vertex[h]]);
+        r.edge.push_back(edge[t.edge[h]]);
+        r.twin.push_back(t.is_border(h) ? kInvalidIndex : halfedge[t.twin[h]]);
+        Index& out = r.vertex_halfedge[r.vertex[k]];
+        if (out == kInvalidIndex || r.is_border(k))
+            out = k;
+    }
+    return s;
+}
+
+Topology cut(const Topology& t, const std::vector<bool>& edges,
+             std::vector<Index>& vertices) {
+    Topology c = t;
+    vertices.resize(t.n_vertices());
+    for (Index v = 0; v < t.n_vertices(); ++v)
+        vertices[v] = v;
+    for (Index h = 0; h < t.n_halfedges(); ++h) {
+        if (!edges[t.edge[h]] || t.is_border(h))
+            continue;
+        c.twin[h] = kInvalidIndex;
+        if (h > t.twin[h])
+            c.edge[h] = c.n_edges++;
+    }
+    for (Index v = 0; v < t.n_vertices(); ++v) {
+        std::vector<Index> fans;
+        t.for_each_outgoing(v, [&](Index h) {
+            if (c.is_border(h))
+                fans.push_back(h);
+        });
+        for (std::size_t i = 0; i < fans.size(); ++i) {
+            Index fan = v;
+            if (i == 0) {
+                c.vertex_halfedge[v] = fans[0];
+            } else {
+                fan = c.n_vertices();
+                c.vertex_halfedge.push_back(fans[i]);
+                vertices.push_back(v);
+            }
+            for (Index h = fans[i]; h != kInvalidIndex; h = c.ccw(h))
+                c.vertex[h] = fan;
+        }
+    }
+    return c;
+}
+
+Topology with_border_strip(const Topology& t, const std::vector<Index>& borders,
+                           const std::vector<bool>& corner) {
+    Topology s = t;
+    std::vector<Index> quad(t.n_halfedges(), kInvalidIndex);
+    for (std::size_t i = 0; i < borders.size(); ++i)
+        quad[borders[i]] = t.n_halfedges() + 4 * static_cast<Index>(i);
+    const auto add_vertex = [&] {
+        s.vertex_halfedge.push_back(kInvalidIndex);
+        return s.n_vertices() - 1;
+    };
+    const auto add_quad = [&](std::array<Index, 4> corners) {
+        const Index first = s.n_halfedges();
+        for (const Index v : corners) {
+            s.vertex.push_back(v);
+            s.twin.push_back(kInvalidIndex);
+            s.edge.push_back(kInvalidIndex);
+            s.face.push_back(s.n_faces());
+        }
+        s.face_offsets.push_back(s.n_halfedges());
+        return first;
+    };
+    const auto join = [&](Index a, Index b) {
+        s.twin[a] = b;
+        s.twin[b] = a;
+    };
+    // The border halfedge that ends where h starts, if it has a quad.
+    const auto before = [&](Index h) {
+        for (Index next = h; next != kInvalidIndex; next = t.ccw(h))
+            h = next;
+        const Index p = t.prev(h);
+        return quad[p] == kInvalidIndex ? kInvalidIndex : p;
+    };
+    // Quad of h: from its end to its start, out, back along the strip, and in.
+    std::vector<Index> out_of(borders.size()), into(borders.size());
+    for (std::size_t i = 0; i < borders.size(); ++i)
+        out_of[i] = add_vertex();
+    for (std::size_t i = 0; i < borders.size(); ++i)
+        into[i] = add_vertex();
+    for (std::size_t i = 0; i < borders.size(); ++i) {
+        const Index p = before(borders[i]);
+        if (p != kInvalidIndex && !corner[t.vertex[borders[i]]])
+            into[(quad[p] - t.n_halfedges()) / 4] = out_of[i];
+    }
+    for (std::size_t i = 0; i < borders.size(); ++i) {
+        const Index h = borders[i];
+        const Index q = add_quad({t.to_vertex(h), t.vertex[h], out_of[i], into[i]});
+        assert(q == quad[h]);
+        join(q, h);
+        s.edge[q] = t.edge[h];
+    }
+    for (std::size_t i = 0; i < borders.size(); ++i) {
+        const Index h = borders[i], p = before(h);
+        if (p == kInvalidIndex)
+            continue;
+        if (!corner[t.vertex[h]]) {
+            join(quad[h] + 1, quad[p] + 3);
+            continue;
+        }
+        const Index q = add_quad(
+            {t.vertex[h], s.vertex[quad[p] + 3], add_vertex(), s.vertex[quad[h] + 2]});
+        join(q, quad[p] + 3);
+        join(q + 3, quad[h] + 1);
+    }
+    for (Index h = t.n_halfedges(); h < s.n_halfedges(); ++h) {
+        if (s.edge[h] != kInvalidIndex)
+            continue;
+        s.edge[h] = s.n_edges++;
+        if (!s.is_border(h))
+            s.edge[s.twin[h]] = s.edge[h];
+    }
+    // Vertices of the mesh lie inside now: any halfedge will do. Others take their border's.
+    for (Index h = t.n_halfedges(); h < s.n_halfedges(); ++h) {
+        Index& out = s.vertex_halfedge[s.vertex[h]];
+        if (out == kInvalidIndex || s.is_border(h))
+            out = h;
+    }
+    return s;
 }
 
 }  // namespace osdx

@@ -102,12 +102,38 @@ MeshData to_mesh_data(const Topology& topology, std::vector<Vec3<double>> positi
 /// its edge to the face centre.
 Topology split(const Topology& topology);
 
-/// The dual mesh: its vertex f is face f of the input, its faces are the vertices that have
-/// faces, in their order.
+/// The dual mesh: its vertex f is face f of the input, its faces are the vertices inside, in
+/// their order; a border vertex has no face, so that the border recedes by half a face.
 ///
-/// \pre the mesh is closed
 /// \param halfedge_map  when not null: for each halfedge h of the input, the halfedge of
-///        the dual that starts at dual vertex face(h) inside the dual face vertex(h).
+///        the dual that starts at dual vertex face(h) inside the dual face vertex(h);
+///        kInvalidIndex at border vertices.
 Topology dual(const Topology& topology, std::vector<Index>* halfedge_map = nullptr);
+
+/// A part of a mesh, and where its elements come from.
+struct Submesh {
+    Topology topology;
+    std::vector<Index> vertices, halfedges, edges, faces;  ///< of the whole mesh
+};
+
+/// The faces that are kept, with their vertices, all in ascending order.
+/// \pre keep.size() == topology.n_faces()
+Submesh submesh(const Topology& topology, const std::vector<bool>& keep);
+
+/// The mesh cut along edges: what was a vertex with several fans of faces between such edges
+/// becomes one vertex a fan. Faces and halfedges keep their numbers, and so do the vertices
+/// of the first fans; those of the others, and the second sides of edges, come after all.
+/// \param vertices  where each vertex comes from
+Topology cut(const Topology& topology, const std::vector<bool>& edges,
+             std::vector<Index>& vertices);
+
+/// The mesh with a strip of quads around its border.
+///
+/// Face n_faces + i is the quad outside of border halfedge borders[i].
+/// Where `corner` says so of a vertex between two of them, one more quad fills the corner of
+/// the strip there; these come last, in the order of the halfedges that leave the vertices.
+/// Halfedges of the mesh keep their numbers.
+Topology with_border_strip(const Topology& topology, const std::vector<Index>& borders,
+                           const std::vector<bool>& corner);
 
 }  // namespace osdx

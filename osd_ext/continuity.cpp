@@ -27,14 +27,21 @@ double normal_angle(const Vec3<double>& a, const Vec3<double>& b) {
 /// Largest values first met; in lengths of the mesh until the end.
 struct Jumps {
     double gap = 0, angle = 0, mean = 0, gauss = 0, principal = 0;
-    std::size_t n = 0;
-    QuarterPoint at_gap, at_angle, at_mean, at_gauss;
+    double sharp_angle = 0;
+    std::size_t n = 0, n_sharp = 0;
+    QuarterPoint at_gap, at_angle, at_mean, at_gauss, at_sharp_angle;
 
     void add(const SurfaceJet<double>& a, const SurfaceJet<double>& b,
-             const QuarterPoint& where) {
+             const QuarterPoint& where, bool is_sharp) {
         ++n;
         raise(gap, glm::length(a.p - b.p), at_gap, where);
-        raise(angle, normal_angle(normal(a), normal(b)), at_angle, where);
+        const double phi = normal_angle(normal(a), normal(b));
+        if (is_sharp) {
+            ++n_sharp;
+            raise(sharp_angle, phi, at_sharp_angle, where);
+            return;
+        }
+        raise(angle, phi, at_angle, where);
         const auto ca = curvature(a), cb = curvature(b);
         raise(mean, std::abs(ca.mean - cb.mean), at_mean, where);
         raise(gauss, std::abs(ca.gauss - cb.gauss), at_gauss, where);
@@ -42,6 +49,8 @@ struct Jumps {
     }
     void merge(const Jumps& o) {
         n += o.n;
+        n_sharp += o.n_sharp;
+        raise(sharp_angle, o.sharp_angle, at_sharp_angle, o.at_sharp_angle);
         raise(gap, o.gap, at_gap, o.at_gap);
         raise(angle, o.angle, at_angle, o.at_angle);
         raise(mean, o.mean, at_mean, o.at_mean);
@@ -65,6 +74,10 @@ Vec2<double> cell_point(const Cell& cell, double x, double y) {
 
 void measure_cell(const Surface& surface, const Cell& cell, int rate, Jumps& jumps) {
     const PatchTable& table = surface.patches();
+    const Topology& base = surface.base();
+    const auto jet = [&](const PatchPoint& p) {
+        return surface.evaluator().evaluate<double>(surface.points(), p, Chart::Native);
+    };
     for (int side = 0; side < 4; ++side) {
         const Vec2<double> from = square_corner<double>(side),
                            to = square_corner<double>((side + 1) & 3);
@@ -73,7 +86,8 @@ void measure_cell(const Surface& surface, const Cell& cell, int rate, Jumps& jum
             const double t = double(i) / rate;
             const Vec2<double> q = cell_point(cell, from.x + t * (to.x - from.x),
                                               from.y + t * (to.y - from.y));
-            QuarterPoint here{cell.quarter, q.x, q.y}, there = here;
+            const QuarterPoint here{cell.quarter, q.x, q.y};
+            QuarterPoint there = here;
             // Beyond the side, and towards its middle where the side's ends touch others.
             const Vec2<double> inwards = (t < 0.5 ? 0.5 : -0.5) * along;
             Vec2<double> towards = out + inwards;
@@ -86,8 +100,15 @@ void measure_cell(const Surface& surface, const Cell& cell, int rate, Jumps& jum
                 quarter_side = 2;
             else if (out.x < 0 && q.x == 0)
                 quarter_side = 3;
+            bool is_sharp = false;
             if (quarter_side >= 0) {
-                there = cross_side(surface.base(), here, quarter_side);
+                there = cross_side(base, here, quarter_side);
+                if (there.quarter == kInvalidIndex ||
+                    !table.has_surface(base.face[there.quarter]))
+                    break;
+                const Index h = halfedge_of_side(base, here.quarter, quarter_side);
+                is_sharp = h != kInvalidIndex &&
+                           surface.features().edge(base.edge[h]) >= kInfinitelySharp;
                 // Crossing side 0 or 2 turns the frame by +90 degrees, 1 or 3 by -90.
                 towards = turn(towards, quarter_side % 2 == 0 ? 1 : 3);
             }
@@ -97,8 +118,7 @@ void measure_cell(const Surface& surface, const Cell& cell, int rate, Jumps& jum
                 break;  // an inner side
             if (a.patch == b.patch)
                 continue;
-            jumps.add(surface.evaluator().evaluate<double>(surface.points(), a),
-                      surface.evaluator().evaluate<double>(surface.points(), b), here);
+            jumps.add(jet(a), jet(b), here, is_sharp);
         }
     }
 }
@@ -121,8 +141,10 @@ Continuity measure_continuity(const Surface& surface, int rate) {
     const Jumps jumps = tbb::parallel_deterministic_reduce(
         tbb::blocked_range<std::size_t>(0, cells.size(), 64), Jumps{},
         [&](const auto& range, Jumps j) {
-            for (std::size_t i = range.begin(); i < range.end(); ++i)
-                measure_cell(surface, cells[i], rate, j);
+            for (std::size_t i = range.begin(); i < range.end(); ++i) {
+                if (surface.patches().has_surface(surface.base().face[cells[i].quarter]))
+                    measure_cell(surface, cells[i], rate, j);
+            }
             return j;
         },
         [](Jumps a, const Jumps& b) {
@@ -134,11 +156,14 @@ Continuity measure_continuity(const Surface& surface, int rate) {
         bounding_diagonal(surface.points().first(surface.base().n_vertices()));
     Continuity c;
     c.n_samples = jumps.n;
+    c.n_sharp_samples = jumps.n_sharp;
     c.gap_max = jumps.gap / diagonal;
+    c.sharp_normal_jump_deg_max = jumps.sharp_angle * 180 / std::numbers::pi;
     c.normal_jump_deg_max = jumps.angle * 180 / std::numbers::pi;
     c.curvature_max = jumps.principal * diagonal;
     c.worst_gap = jumps.at_gap;
     c.worst_normal = jumps.at_angle;
+    c.worst_sharp_normal = jumps.at_sharp_angle;
     if (jumps.principal > 0) {
         const double mean = jumps.mean / jumps.principal,
                      gauss = jumps.gauss / (jumps.principal * jumps.principal);

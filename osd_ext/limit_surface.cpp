@@ -3,6 +3,7 @@
 
 #include "osd_ext/limit_surface.h"
 
+#include <cassert>
 #include <vector>
 
 #ifdef OSDX_HAS_OPENSUBDIV
@@ -32,10 +33,32 @@ struct Point {
     void AddWithWeight(const Point& other, double weight) { p += weight * other.p; }
 };
 
-std::unique_ptr<Osd::Far::TopologyRefiner> make_refiner(const Topology& base) {
+/// What with_border() makes of the border goes to OpenSubdiv as corners and holes: its own
+/// rules for the border would make holes once more, of edges that are sharp by now.
+std::unique_ptr<Osd::Far::TopologyRefiner> make_refiner(const Topology& base,
+                                                        const Features& features) {
     std::vector<int> sizes(base.n_faces());
-    for (Index f = 0; f < base.n_faces(); ++f)
+    std::vector<int> creases, corners, holes;
+    std::vector<float> crease_sharpness, corner_sharpness;
+    for (Index f = 0; f < base.n_faces(); ++f) {
         sizes[f] = static_cast<int>(base.face_size(f));
+        if (!features.hole.empty() && features.hole[f])
+            holes.push_back(static_cast<int>(f));
+    }
+    for (Index h = 0; h < base.n_halfedges(); ++h) {
+        const double s = features.edge(base.edge[h]);
+        if (base.is_border(h) || base.twin[h] < h || s <= 0)
+            continue;
+        creases.push_back(static_cast<int>(base.vertex[h]));
+        creases.push_back(static_cast<int>(base.to_vertex(h)));
+        crease_sharpness.push_back(static_cast<float>(s));
+    }
+    for (Index v = 0; v < base.n_vertices(); ++v) {
+        if (features.vertex(v) > 0) {
+            corners.push_back(static_cast<int>(v));
+            corner_sharpness.push_back(static_cast<float>(features.vertex(v)));
+        }
+    }
     const std::vector<int> vertices(base.vertex.begin(), base.vertex.end());
 
     Osd::Far::TopologyDescriptor descriptor;
@@ -43,8 +66,23 @@ std::unique_ptr<Osd::Far::TopologyRefiner> make_refiner(const Topology& base) {
     descriptor.numFaces = static_cast<int>(base.n_faces());
     descriptor.numVertsPerFace = sizes.data();
     descriptor.vertIndicesPerFace = vertices.data();
-    Osd::Sdc::Options options;
-    options.SetVtxBoundaryInterpolation(Osd::Sdc::Options::VTX_BOUNDARY_EDGE_ONLY);
+    descriptor.numCreases = static_cast<int>(crease_sharpness.size());
+    descriptor.creaseVertexIndexPairs = creases.data();
+    descriptor.creaseWeights = crease_sharpness.data();
+    descriptor.numCorners = static_cast<int>(corner_sharpness.size());
+    descriptor.cornerVertexIndices = corners.data();
+    descriptor.cornerWeights = corner_sharpness.data();
+    descriptor.numHoles = static_cast<int>(holes.size());
+    descriptor.holeIndices = holes.data();
+
+    using Sdc = Osd::Sdc::Options;
+    Sdc options;
+    options.SetVtxBoundaryInterpolation(Sdc::VTX_BOUNDARY_EDGE_ONLY);
+    options.SetCreasingMethod(features.creases == CreaseMethod::Chaikin
+                                  ? Sdc::CREASE_CHAIKIN
+                                  : Sdc::CREASE_UNIFORM);
+    options.SetTriangleSubdivision(features.smooth_triangles ? Sdc::TRI_SUB_SMOOTH
+                                                             : Sdc::TRI_SUB_CATMARK);
     using Factory = Osd::Far::TopologyRefinerFactory<Osd::Far::TopologyDescriptor>;
     return std::unique_ptr<Osd::Far::TopologyRefiner>(
         Factory::Create(descriptor, Factory::Options(Osd::Sdc::SCHEME_CATMARK, options)));
@@ -60,15 +98,19 @@ struct LimitSurface::Impl {
     std::vector<Point> points;    // of all levels, then those of the end caps
 };
 
-Result<LimitSurface> LimitSurface::build(const Topology& base,
+Result<LimitSurface> LimitSurface::build(const Topology& base, const Features& features,
                                          std::span<const Vec3<double>> positions,
                                          int isolation) {
-    const auto refiner = make_refiner(base);
+    const auto refiner = make_refiner(base, with_border(base, features));
     if (!refiner)
         return fail(ErrorCode::DeviceFailure, "OpenSubdiv refuses the mesh");
     Osd::Far::PatchTableFactory::Options options(static_cast<unsigned>(isolation));
     options.SetPatchPrecision<double>();
     options.SetEndCapType(Osd::Far::PatchTableFactory::Options::ENDCAP_GREGORY_BASIS);
+    // Off by default: patches that end at an infinitely sharp crease, exact at any level.
+    options.useInfSharpPatch = true;
+    // On by default: patches that are pinned to smooth corners of the border.
+    options.generateLegacySharpCornerPatches = false;
     refiner->RefineAdaptive(options.GetRefineAdaptiveOptions());
 
     auto impl = std::make_unique<Impl>();
@@ -111,6 +153,7 @@ SurfaceJet<double> LimitSurface::evaluate(const Address& where) const noexcept {
         v = q.y;
     }
     const auto* handle = impl_->map->FindPatch(ptex, u, v);
+    assert(handle);
     double w[6][20];
     impl_->table->EvaluateBasis(*handle, u, v, w[0], w[1], w[2], w[3], w[4], w[5]);
     const auto indices = impl_->table->GetPatchVertices(*handle);
@@ -131,8 +174,8 @@ SurfaceJet<double> LimitSurface::evaluate(const Address& where) const noexcept {
 
 struct LimitSurface::Impl {};
 
-Result<LimitSurface> LimitSurface::build(const Topology&, std::span<const Vec3<double>>,
-                                         int) {
+Result<LimitSurface> LimitSurface::build(const Topology&, const Features&,
+                                         std::span<const Vec3<double>>, int) {
     return fail(ErrorCode::NotBuilt, "osdx was built without OpenSubdiv");
 }
 SurfaceJet<double> LimitSurface::evaluate(const Address&) const noexcept {

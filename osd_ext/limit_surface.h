@@ -8,6 +8,7 @@
 
 #include "eval/surface_jet.h"
 #include "far/address.h"
+#include "far/features.h"
 #include "far/result.h"
 
 namespace osdx {
@@ -18,17 +19,24 @@ namespace osdx {
 /// Far's patches, not Bfr's surfaces: Bfr 3.5 stops refining at a level of its own, whatever
 /// is asked for. Around an extraordinary vertex the patches are exact down to the isolation
 /// level; what is inside is one Gregory patch, whose error isolation_error() of
-/// osd_ext/comparison.h measures.
+/// osd_ext/comparison.h measures. Along borders and infinitely sharp creases they are exact,
+/// along semi-sharp ones if the sharpness is at most the isolation level: beyond it the crease
+/// is taken as smooth. Sharpness is kept in float.
+///
+/// At darts (one infinitely sharp edge ends at a smooth vertex) OpenSubdiv's end caps take the
+/// limit point of a smooth vertex, which is another.
+///
 /// Threads: const members may run at the same time.
 class LimitSurface {
 public:
     /// The deepest level that OpenSubdiv takes.
     static constexpr int kMaxIsolation = 10;
 
+    /// \param features  of base; with_border() or not
     /// \param isolation  level to which irregular regions are refined, 1 to kMaxIsolation
     /// \pre base outlives the surface; positions.size() == base.n_vertices()
     /// \return NotBuilt without OpenSubdiv, or DeviceFailure where it refuses the mesh
-    static Result<LimitSurface> build(const Topology& base,
+    static Result<LimitSurface> build(const Topology& base, const Features& features,
                                       std::span<const Vec3<double>> positions,
                                       int isolation = 8);
 
@@ -37,6 +45,7 @@ public:
     ~LimitSurface();
 
     /// Position and first and second derivatives in (u, v).
+    /// \pre where.face is no hole of with_border()
     SurfaceJet<double> evaluate(const Address& where) const noexcept;
 
 private:

@@ -14,11 +14,6 @@
 namespace osdx {
 
 Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& options) {
-    if (options.degree < kMinDegree || options.degree > kMaxDegree) {
-        return fail(ErrorCode::InvalidOption,
-                    fmt::format("degree {} is not in {}..{}", options.degree, kMinDegree,
-                                kMaxDegree));
-    }
     const Result<Mesh> mesh = build_mesh(data);
     if (!mesh)
         return mesh.error();
@@ -28,12 +23,16 @@ Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& optio
         {.ignore_tags = options.ignore_tags, .boundary = options.boundary});
     if (!features)
         return features.error();
-    if (const Status s = check_closed_and_smooth(data, topology, *features); !s)
+    if (const Status s = check_surface(data, topology, *features, options.degree); !s)
         return s.error();
 
+    Result<PatchTable> table = build_patch_table(
+        std::move(topology), std::move(*features), {.degree = options.degree});
+    if (!table)
+        return table.error();
+
     Surface s;
-    s.table_ = std::make_unique<const PatchTable>(build_patch_table(
-        std::move(topology), std::move(*features), {.degree = options.degree}));
+    s.table_ = std::make_unique<const PatchTable>(std::move(*table));
     s.evaluator_ = std::make_unique<const Evaluator>(*s.table_);
     s.points_.resize(s.table_->n_points());
     std::ranges::copy(data.positions, s.points_.begin());

@@ -22,7 +22,7 @@ struct SurfaceOptions {
     std::optional<BoundaryRule> boundary = {};  ///< instead of the mesh's tag, or EdgeOnly
 };
 
-/// A smooth surface over a closed polygon mesh: regular B-spline patches, and one multisided
+/// A smooth surface over a polygon mesh, closed or open, with creases, corners and holes: regular B-spline patches, and one multisided
 /// patch over each extraordinary region.
 ///
 /// Build it once per connectivity; set_positions() moves the same mesh. All of it is linear
@@ -31,7 +31,7 @@ struct SurfaceOptions {
 /// Units: those of the mesh. Threads: const members may run at the same time.
 class Surface {
 public:
-    /// \return InvalidOption, or what build_mesh, build_features and check_closed_and_smooth
+    /// \return InvalidOption, or what build_mesh, build_features and check_surface
     ///         return.
     static Result<Surface> build(const MeshData& mesh,
                                  const SurfaceOptions& options = {});

@@ -3,8 +3,6 @@
 
 #include "osd_ext/texture.h"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <cassert>
 #include <utility>
@@ -14,11 +12,6 @@ namespace osdx {
 Result<TextureSurface> TextureSurface::build(const MeshData& data,
                                              const SurfaceOptions& options,
                                              std::optional<FaceVaryingRule> rule) {
-    if (options.degree < kMinDegree || options.degree > kMaxDegree) {
-        return fail(ErrorCode::InvalidOption,
-                    fmt::format("degree {} is not in {}..{}", options.degree, kMinDegree,
-                                kMaxDegree));
-    }
     const Result<Mesh> mesh = build_mesh(data);
     if (!mesh)
         return mesh.error();
@@ -51,12 +44,15 @@ Result<TextureSurface> TextureSurface::build(const MeshData& data,
     }
     if (c.rule == FaceVaryingRule::All)
         return s;
-    // As Surface::build does.
-    if (const Status status = check_closed_and_smooth(data, c.topology, c.features);
+    if (const Status status =
+            check_surface(data, c.topology, c.features, options.degree);
         !status)
         return status.error();
-    s.table_ = std::make_unique<const PatchTable>(
-        build_patch_table(c.topology, c.features, {.degree = options.degree}));
+    Result<PatchTable> table =
+        build_patch_table(c.topology, c.features, {.degree = options.degree});
+    if (!table)
+        return table.error();
+    s.table_ = std::make_unique<const PatchTable>(std::move(*table));
     s.evaluator_ = std::make_unique<const Evaluator>(*s.table_);
     s.values_.resize(2 * std::size_t(s.table_->n_points()));
     s.table_->refresh_channels<double>(2, s.values_);

@@ -32,9 +32,8 @@ class TextureSurface {
 public:
     /// \param options  those of the Surface
     /// \param rule  instead of that of the mesh's tags, or All
-    /// \return NoTexcoords; what Surface::build, face_varying_rule and
-    ///         build_face_varying return. Rules other than All: OpenBoundary as well, where
-    ///         there are seams (which are borders) and Surface takes no borders.
+    /// \return NoTexcoords; what Surface::build, face_varying_rule and build_face_varying
+    ///         return. No degree matters to the rule All.
     static Result<TextureSurface> build(const MeshData& mesh,
                                         const SurfaceOptions& options = {},
                                         std::optional<FaceVaryingRule> rule = {});

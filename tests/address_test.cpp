@@ -213,14 +213,19 @@ void expect_same_position(const Vec3<double>& a, const Vec3<double>& b) {
         EXPECT_NEAR(a[c], b[c], kPositionTol);
 }
 
-TEST(Address, CrossSideIsTheSamePointElsewhere) {
-    for (const auto& [name, mesh] : test::closed_meshes()) {
+void expect_the_same_point_elsewhere(const std::vector<test::NamedMesh>& meshes) {
+    for (const auto& [name, mesh] : meshes) {
         SCOPED_TRACE(name);
         const Topology t = test::topology_of(mesh);
         for (Index h = 0; h < t.n_halfedges(); ++h) {
             for (int side = 0; side < 4; ++side) {
                 const QuarterPoint p = on_side(h, side, 0.375);
                 const QuarterPoint q = cross_side(t, p, side);
+                const bool beyond = (side == 0 && t.is_border(h)) ||
+                                    (side == 3 && t.is_border(t.prev(h)));
+                EXPECT_EQ(q.quarter == kInvalidIndex, beyond);
+                if (q.quarter == kInvalidIndex)
+                    continue;
                 EXPECT_NE(q.quarter, h);
                 expect_same_position(position(t, mesh.positions, q),
                                      position(t, mesh.positions, p));
@@ -229,6 +234,33 @@ TEST(Address, CrossSideIsTheSamePointElsewhere) {
                 EXPECT_EQ(back.x, p.x);
                 EXPECT_EQ(back.y, p.y);
             }
+        }
+    }
+}
+
+TEST(Address, CrossSideIsTheSamePointElsewhere) {
+    expect_the_same_point_elsewhere(test::closed_meshes());
+}
+
+TEST(Address, CrossSideEndsAtBorders) {
+    expect_the_same_point_elsewhere(test::open_meshes());
+}
+
+TEST(Address, SidesLieOnTheirEdges) {
+    const MeshData mesh = test::dodecahedron();
+    const Topology t = test::topology_of(mesh);
+    for (Index q = 0; q < t.n_halfedges(); ++q) {
+        for (int side = 0; side < 4; ++side) {
+            const Index h = halfedge_of_side(t, q, side);
+            EXPECT_EQ(h == kInvalidIndex, side == 1 || side == 2);
+            if (h == kInvalidIndex)
+                continue;
+            EXPECT_EQ(t.face[h], t.face[q]);
+            // Quarters run from a corner: the first half of a side, the second of another.
+            const QuarterPoint p = on_side(q, side, 0.5);
+            expect_same_position(
+                position(t, mesh.positions, p),
+                position(t, mesh.positions, edge_point(t, h, side == 0 ? 0.25 : 0.75)));
         }
     }
 }

@@ -42,6 +42,8 @@ std::vector<EdgePoint> edge_points(const Surface& s) {
     const PatchTable& table = s.patches();
     std::vector<EdgePoint> points;
     for (const Cell& cell : table.cells()) {
+        if (!table.has_surface(s.base().face[cell.quarter]))
+            continue;
         for (int side = 0; side < 4; ++side) {
             const Vec2<double> along = turn(cell.x_axis, side), out = turn(along, 3);
             const auto corner = square_corner<double>(side);
@@ -60,6 +62,9 @@ std::vector<EdgePoint> edge_points(const Surface& s) {
                 if (crossed < 0)
                     return table.locate(at, out);
                 at = cross_side(s.base(), at, crossed);
+                if (at.quarter == kInvalidIndex ||
+                    !table.has_surface(s.base().face[at.quarter]))
+                    return PatchPoint{};
                 // Along sides 0 and 2 x becomes y: a quarter turn; the others turn back.
                 return table.locate(at, turn(out, crossed % 2 == 0 ? 1 : 3));
             };
@@ -68,7 +73,7 @@ std::vector<EdgePoint> edge_points(const Surface& s) {
                 const double ahead = t + 1.0 / 32;
                 const EdgePoint e{locate(t, true), locate(ahead, true), locate(t, false),
                                   locate(ahead, false)};
-                if (e.left.patch != e.right.patch)
+                if (e.right.patch != kInvalidIndex && e.left.patch != e.right.patch)
                     points.push_back(e);
             }
         }
@@ -159,12 +164,12 @@ J3 in_spline_parameters(const Surface& s, const PatchPoint& at, const PatchPoint
         y.c[1] = b, y.c[2] = a;
     } else {
         const int side =
-            static_cast<int>(at.a == 1 ? at.sector : at.sector + 1) % c.n_sides;
+            static_cast<int>(at.a == 1 ? at.sector : at.sector + 1) % c.n_sectors;
         const double intervals = c.kind == PatchKind::EV ? c.degree - 1 : c.degree;
         // Sides run counter-clockwise, the patch on their left.
         const double sign = on_the_left ? 1 : -1;
         const auto [along, inwards] =
-            side_parameters(c.n_sides, side, basis.to_native(p));
+            side_parameters(c.n_sectors, side, basis.to_native(p));
         std::tie(x, y) = inverse(sign * intervals * along, sign * intervals * inwards);
     }
     for (J& g : f) {
@@ -302,6 +307,7 @@ TEST(Continuity, IsReported) {
             EXPECT_GT(c.n_samples, 100u);
             EXPECT_LE(c.gap_max, 1e-14);
             EXPECT_LE(c.normal_jump_deg_max, 1e-11);
+            EXPECT_EQ(c.n_sharp_samples, 0u);
             EXPECT_GT(c.curvature_max, 1);
             // Quadratic splines have jumps of curvature: the report sees them.
             if (d == 2) {
@@ -391,6 +397,59 @@ TEST(Continuity, ABrokenSurfaceIsReported) {
         EXPECT_GT(broken.curvature_jump_max, 1e-3);
         moved = before;
         EXPECT_LE(measure_continuity(s).gap_max, 1e-14);
+    }
+}
+
+bool is_refused_yet(const Result<Surface>& s) {
+    return !s && (s.error().code == ErrorCode::OpenBoundary ||
+                  s.error().code == ErrorCode::UnsupportedTag);
+}
+
+TEST(Continuity, CountsNothingBeyondBordersAndHoles) {
+    for (const auto& [name, mesh] : open_meshes()) {
+        for (const BoundaryRule rule :
+             {BoundaryRule::None, BoundaryRule::EdgeOnly, BoundaryRule::EdgeAndCorner}) {
+            for (const int d : {3, 4, 5}) {
+                SCOPED_TRACE(name + " d" + std::to_string(d) + ", boundary rule " +
+                             std::to_string(int(rule)));
+                const auto s = Surface::build(mesh, {.degree = d, .boundary = rule});
+                if (is_refused_yet(s))
+                    GTEST_SKIP() << s.error().message;
+                ASSERT_TRUE(s) << s.error().message;
+                const Continuity c = measure_continuity(*s, 1);
+                EXPECT_EQ(c.n_samples, edge_points(*s).size());
+                EXPECT_EQ(c.n_sharp_samples, 0u);
+                EXPECT_LE(c.gap_max, 1e-14);
+            }
+        }
+    }
+}
+
+// The edges of one face are infinitely sharp: the surface has the angles of a rounded cube's
+// rim there, and is smooth elsewhere.
+TEST(Continuity, KeepsSharpEdgesApart) {
+    MeshData mesh = random_displaced(cube(), 3, 0.05);
+    for (int i = 0; i < 4; ++i) {
+        const auto v = [&](int k) { return static_cast<int>(mesh.face_vertices[k % 4]); };
+        mesh.tags.push_back({"crease", {v(i), v(i + 1)}, {10}, {}, 0});
+    }
+    for (const int d : {3, 5}) {
+        const auto s = Surface::build(mesh, {.degree = d});
+        if (is_refused_yet(s))
+            GTEST_SKIP() << s.error().message;
+        ASSERT_TRUE(s) << s.error().message;
+        const Continuity c = measure_continuity(*s);
+        EXPECT_LE(c.gap_max, 1e-14);
+        EXPECT_LE(c.normal_jump_deg_max, 1e-10);
+        EXPECT_GT(c.sharp_normal_jump_deg_max, 30);
+        EXPECT_LT(c.sharp_normal_jump_deg_max, 120);
+        // Both sides of four edges in two quarters each, of at least one cell.
+        EXPECT_GE(c.n_sharp_samples, 2u * 4 * 2 * 9);
+        EXPECT_LT(c.n_sharp_samples, c.n_samples);
+        const Index h = c.worst_sharp_normal.quarter;
+        EXPECT_GE(std::max(s->features().edge(s->base().edge[h]),
+                           s->features().edge(s->base().edge[s->base().prev(h)])),
+                  kInfinitelySharp);
     }
 }
 

@@ -175,28 +175,32 @@ MeshData with_lines(MeshData data) {
     return data;
 }
 
-void expect_no_surface(const MeshData& data, ErrorCode code, Index element, Index line) {
-    const Result<Surface> s = Surface::build(data);
+void expect_no_surface(const MeshData& data, int degree, ErrorCode code, Index element,
+                       Index line) {
+    const Result<Surface> s = Surface::build(data, {.degree = degree});
     ASSERT_FALSE(s);
     EXPECT_EQ(s.error().code, code) << s.error().message;
     EXPECT_EQ(s.error().element, element);
     EXPECT_EQ(s.error().line, line);
 }
 
-TEST(Features, SurfacesRefuseWhatTheyDoNotTakeYet) {
-    expect_no_surface(with_lines(test::grid(2, 2)), ErrorCode::OpenBoundary, 0, 101);
+TEST(Features, SurfacesRefuseWhatTheyHaveNoRulesFor) {
     MeshData two = test::tetrahedron();
     two.positions.emplace_back(0, 0, 0);
     two.face_sizes = {4, 4, 3, 3};
     two.face_vertices = {0, 4, 1, 2, 0, 3, 1, 4, 0, 2, 3, 1, 3, 2};
-    expect_no_surface(with_lines(two), ErrorCode::ValenceTwo, 4, 15);
+    for (const int degree : {2, 3})
+        expect_no_surface(with_lines(two), degree, ErrorCode::ValenceTwo, 4, 15);
+    // Creases part the two faces: each has a border of its own.
+    two.tags = {{"crease", {4, 0}, {10}, {}, 0}, {"crease", {4, 1}, {10}, {}, 0}};
+    EXPECT_TRUE(Surface::build(two));
     const Tag tags[] = {{"crease", {0, 1}, {2.5}, {}, 0},
                         {"corner", {0}, {1}, {}, 0},
-                        {"hole", {0}, {}, {}, 0},
                         {"smoothtriangles", {}, {}, {"smooth"}, 0}};
     for (const Tag& tag : tags) {
-        expect_no_surface(tagged(tag), ErrorCode::UnsupportedTag, 1, 202);
-        EXPECT_TRUE(Surface::build(tagged(tag), {.ignore_tags = true}));
+        expect_no_surface(tagged(tag), 4, ErrorCode::UnsupportedTag, 1, 202);
+        EXPECT_TRUE(Surface::build(tagged(tag)));
+        EXPECT_TRUE(Surface::build(tagged(tag), {.degree = 4, .ignore_tags = true}));
     }
     const Tag harmless[] = {{"creasemethod", {}, {}, {"chaikin"}, 0},
                             {"facevaryinginterpolateboundary", {1}, {}, {}, 0},

@@ -26,7 +26,7 @@ void PrintTo(const PatchClass& c, std::ostream* out) {
     *out << (c.kind == PatchKind::Regular ? "Regular"
              : c.kind == PatchKind::EV    ? "EV"
                                           : "EF")
-         << " d" << c.degree << " n" << c.n_sides;
+         << " d" << c.degree << " n" << c.n_sectors;
 }
 
 namespace {
@@ -64,7 +64,7 @@ public:
     using J = Jet<T, Order>;
 
     Reference(const PatchClass& c, Vec2<double> xy)
-        : class_(c), n_(c.n_sides), d_(c.degree) {
+        : class_(c), n_(c.n_sectors), d_(c.degree) {
         const T pi = std::numbers::pi_v<T>;
         std::vector<J> l, w;
         for (int k = 0; k < n_; ++k) {
@@ -286,7 +286,7 @@ Net random_net(const PatchClass& c, unsigned seed = 1) {
     Random random(seed);
     Net net(c.n_points());
     const auto direction = [&](double turns) {
-        const double angle = 2 * std::numbers::pi * turns / c.n_sides;
+        const double angle = 2 * std::numbers::pi * turns / c.n_sectors;
         return Vec2<double>(std::cos(angle), std::sin(angle));
     };
     const auto set = [&](int i, Vec2<double> p) {
@@ -295,7 +295,7 @@ Net random_net(const PatchClass& c, unsigned seed = 1) {
             Vec3<double>(p, 0.2 * p.x * p.x - 0.1 * p.y * p.y + 0.3 * p.x) + 0.1 * noise;
     };
     const int d = c.degree;
-    for (int i = 0; i < c.n_sides; ++i) {
+    for (int i = 0; i < c.n_sectors; ++i) {
         const auto e0 = direction(i - 0.5), e1 = direction(i + 0.5);  // across sides
         for (int a = 0; a < d; ++a) {
             for (int b = 0; b < d; ++b) {
@@ -356,7 +356,7 @@ TEST(PatchBasis, EqualsThePublishedFormulas) {
     // are powers up to d of numbers near 1, and f of EF patches is small at large n.
     for (const auto& c : classes({2, 3, 4, 5, 6, 7, 11, 15}, {3, 4, 5, 6, 8})) {
         const PatchBasis basis(c);
-        for (const auto& p : inner_points(c.n_sides)) {
+        for (const auto& p : inner_points(c.n_sectors)) {
             const Reference<2> reference(c, basis.to_native(p));
             Jet<long double, 2> f;
             Jet<double, 2> f_kernel;
@@ -382,7 +382,7 @@ TEST(PatchBasis, EqualsThePublishedFormulas) {
 TEST(PatchBasis, KeepsItsDigitsAtLargeValence) {
     for (const auto& c : classes({2, 9}, {64, 360})) {
         const PatchBasis basis(c);
-        for (const auto& p : inner_points(c.n_sides)) {
+        for (const auto& p : inner_points(c.n_sectors)) {
             const auto expected = Reference<0>(c, basis.to_native(p)).weights();
             const auto actual = weights<0>(basis, p, Chart::Native);
             double scale = 0, error = 0;
@@ -443,7 +443,7 @@ TEST(PatchBasis, ReproducesTheReferenceVectors) {
                 EXPECT_EQ(xy, nlohmann::json({0.0, 0.0}));
             }
             const auto side = basis.side_parameters(p);
-            for (int i = 0; i < c.n_sides; ++i) {
+            for (int i = 0; i < c.n_sectors; ++i) {
                 EXPECT_NEAR(side.s[i], sample.at("s").at(i).get<double>(), 1e-13);
                 EXPECT_NEAR(side.h[i], sample.at("h").at(i).get<double>(), 1e-13);
             }
@@ -482,7 +482,7 @@ TEST(PatchBasis, WeightsSumToOneAndAreNotNegative) {
 
 struct WeightSum {
     PatchKind kind;
-    int degree, n_sides;
+    int degree, n_sectors;
     double min, max, centre;
 };
 constexpr WeightSum kWeightSums[] = {{PatchKind::EV, 2, 3, .6944, 1, .6944},
@@ -523,7 +523,7 @@ constexpr WeightSum kWeightSums[] = {{PatchKind::EV, 2, 3, .6944, 1, .6944},
 TEST(PatchBasis, SumOfWeightsMatchesTheTable) {
     constexpr double digits = 5.1e-5;  // the table has four decimals
     for (const auto& row : kWeightSums) {
-        const PatchClass c{row.kind, row.degree, row.n_sides};
+        const PatchClass c{row.kind, row.degree, row.n_sectors};
         const PatchBasis basis(c);
         Jet<double, 0> f;
         weights<0>(basis, {0, 0, 0}, Chart::Native, &f);
@@ -622,8 +622,8 @@ TEST(PatchBasis, RegularPatchIsATensorProduct) {
 int turned(const PatchClass& c, int i) {
     const int d = c.degree;
     if (c.kind == PatchKind::EF)
-        return (i + d * d) % (c.n_sides * d * d);
-    const int n_spokes = c.n_sides * (d - 1), n_inner = n_spokes * (d - 1);
+        return (i + d * d) % (c.n_sectors * d * d);
+    const int n_spokes = c.n_sectors * (d - 1), n_inner = n_spokes * (d - 1);
     if (i == 0)
         return 0;
     return i <= n_spokes
@@ -633,7 +633,7 @@ int turned(const PatchClass& c, int i) {
 
 TEST(PatchBasis, IsCyclicAndMirrored) {
     for (const auto& c : classes({2, 3, 4, 6}, {3, 5, 6, 8})) {
-        const int n = c.n_sides, d = c.degree;
+        const int n = c.n_sectors, d = c.degree;
         const PatchBasis basis(c);
         // In a mirror side i becomes side 1-i, and with it spoke i.
         std::vector<int> mirrored(c.n_points(), 0);
@@ -776,11 +776,11 @@ TEST(PatchBasis, BaseChartIsTheNativeOneByTheChainRule) {
     for (const auto& c : classes({2, 3, 5}, {3, 5, 6, 8, 12})) {
         const PatchBasis basis(c);
         const Net net = random_net(c);
-        const double turn = 2 * std::numbers::pi / c.n_sides;
+        const double turn = 2 * std::numbers::pi / c.n_sectors;
         const auto corner = [&](double i) {
             return Vec2<double>(std::cos(i * turn), std::sin(i * turn));
         };
-        for (const auto& p : inner_points(c.n_sides)) {
+        for (const auto& p : inner_points(c.n_sectors)) {
             const auto v = corner(p.sector);
             const auto left = 0.5 * (v + corner(p.sector - 1)),
                        right = 0.5 * (v + corner(p.sector + 1));
@@ -813,7 +813,7 @@ TEST(PatchBasis, DerivativesMatchCentralDifferences) {
     for (const auto& c : classes({2, 3, 4, 5, 7}, {3, 5, 6, 8})) {
         const PatchBasis basis(c);
         const Net net = random_net(c);
-        for (const auto& p : inner_points(c.n_sides)) {
+        for (const auto& p : inner_points(c.n_sectors)) {
             for (const Chart chart : {Chart::BaseUV, Chart::Native}) {
                 const auto at = [&](double du, double dv) {
                     if (chart == Chart::BaseUV)
@@ -867,7 +867,7 @@ TEST(PatchBasis, JoinsTheNeighbouringBSplineWithOrderDMinusOne) {
     constexpr int kOrder = 6;
     using J = Jet<long double, kOrder>;
     for (const auto& c : classes({2, 3, 4, 5, 6, 7}, {3, 5, 6, 8})) {
-        const int d = c.degree, n = c.n_sides;
+        const int d = c.degree, n = c.n_sectors;
         const PatchBasis basis(c);
         const Net net = random_net(c);
         double order_d = 0;
@@ -919,7 +919,7 @@ TEST(PatchBasis, JoinsTheNeighbouringBSplineWithOrderDMinusOne) {
 // The centre and the lines from it to the middles of the sides lie in several sectors.
 TEST(PatchBasis, SectorsAgreeWhereTheyMeet) {
     for (const auto& c : classes({2, 3, 4, 5, 9}, {3, 4, 5, 8, 12})) {
-        const int n = c.n_sides;
+        const int n = c.n_sectors;
         const PatchBasis basis(c);
         const Net net = random_net(c);
         // In even degrees and at the centre these are knots: order d may jump.
@@ -965,7 +965,7 @@ std::vector<double> knots_on_line(Value&& value, int last) {
 TEST(PatchBasis, IsContinuousOfOrderDMinusOneAcrossItsKnots) {
     constexpr double step = 1e-9;
     for (const auto& c : classes({2, 3, 4, 5, 6}, {3, 5, 8})) {
-        const int d = c.degree, n = c.n_sides;
+        const int d = c.degree, n = c.n_sectors;
         const int width = c.kind == PatchKind::EV ? d - 1 : d;
         const PatchBasis basis(c);
         const Net net = random_net(c);
@@ -1021,7 +1021,7 @@ TEST(PatchBasis, IsContinuousOfOrderDMinusOneAcrossItsKnots) {
 
 TEST(PatchBasis, CornersHaveTheLimitOfTheBSpline) {
     for (const auto& c : classes({2, 3, 4, 5, 7}, {3, 5, 6, 8, 12})) {
-        const int d = c.degree, n = c.n_sides;
+        const int d = c.degree, n = c.n_sectors;
         const PatchBasis basis(c);
         const Net net = random_net(c);
         for (const int q : {0, 1, n - 1}) {
@@ -1149,7 +1149,7 @@ TEST(PatchBasis, HasNoSingularityAnywhere) {
           PatchClass{PatchKind::EV, 3, 3}, PatchClass{PatchKind::EF, 2, 3}}) {
         const PatchBasis basis(c);
         std::vector<DomainPoint> points;
-        for (const int q : {0, c.n_sides / 2, c.n_sides - 1}) {
+        for (const int q : {0, c.n_sectors / 2, c.n_sectors - 1}) {
             for (const double e : {0.0, 1e-300, 1e-16, 1e-12, 1e-9, 1e-8, 1e-6, 1e-3}) {
                 points.push_back({q, 1 - e, 1 - e});  // to the corner
                 points.push_back({q, 1, 1 - e});
@@ -1178,7 +1178,7 @@ TEST(PatchBasis, HasNoSingularityAnywhere) {
                 const double width =
                     chart == Chart::BaseUV
                         ? 1
-                        : std::pow(std::sin(std::numbers::pi / c.n_sides), 2);
+                        : std::pow(std::sin(std::numbers::pi / c.n_sectors), 2);
                 const double r = std::max(2 - p.a - p.b, 1e-8) * width;
                 sum.c[0] -= 1;
                 for (int m = 0; m <= 2; ++m) {

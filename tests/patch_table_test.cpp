@@ -28,7 +28,7 @@ constexpr int kLastDegree = 9;
 struct Patches {
     Patches(const MeshData& mesh, int degree)
         : base(test::topology_of(mesh)),
-          table(build_patch_table(base, {}, {.degree = degree})) {}
+          table(*build_patch_table(base, {}, {.degree = degree})) {}
 
     Topology base;
     PatchTable table;
@@ -60,7 +60,7 @@ std::string name_of(const PatchClass& c) {
     const char* kind = c.kind == PatchKind::Regular ? "regular "
                        : c.kind == PatchKind::EV    ? "EV "
                                                     : "EF ";
-    return kind + std::to_string(c.n_sides);
+    return kind + std::to_string(c.n_sectors);
 }
 
 /// How many patches of each class there are at each level.
@@ -144,7 +144,7 @@ TEST(PatchTable, PatchesAreWellFormed) {
             const PatchClass& patch_class = table.class_of(i);
             ASSERT_EQ(table.classes()[patch.patch_class], patch_class);
             ASSERT_EQ(patch_class.degree, table.degree());
-            ASSERT_EQ(patch_class.kind == PatchKind::Regular, patch_class.n_sides == 4);
+            ASSERT_EQ(patch_class.kind == PatchKind::Regular, patch_class.n_sectors == 4);
             ASSERT_EQ(patch.points.size(), patch_class.n_points());
             last_level = std::max(last_level, patch.level);
             std::vector<Index> sorted(patch.points.begin(), patch.points.end());
@@ -214,8 +214,8 @@ TEST(PatchTable, CellsCoverEachQuarterAndPatchOnce) {
         for (Index i = 0; i < c.table.n_patches(); ++i) {
             const PatchClass& patch_class = c.table.class_of(i);
             const double sectors =
-                patch_class.kind == PatchKind::Regular ? 1 : patch_class.n_sides;
-            // Sums of n_sides d^2/4 equal terms at most.
+                patch_class.kind == PatchKind::Regular ? 1 : patch_class.n_sectors;
+            // Sums of n_sectors d^2/4 equal terms at most.
             ASSERT_NEAR(patch_area[i], sectors, 1e-12 * sectors) << "patch " << i;
         }
     });
@@ -233,7 +233,7 @@ TEST(PatchTable, LocateFindsTheCellAndItsDerivative) {
             const QuarterPoint point{cell.quarter, inside.x, inside.y};
             const PatchPoint at = c.table.locate(point);
             ASSERT_EQ(at.patch, cell.patch);
-            ASSERT_LT(at.sector, c.table.class_of(at.patch).n_sides);
+            ASSERT_LT(at.sector, c.table.class_of(at.patch).n_sectors);
             ASSERT_TRUE(at.a >= 0 && at.a <= 1 && at.b >= 0 && at.b <= 1);
             const PatchPoint same = c.table.locate(to_address(c.base, point));
             ASSERT_EQ(same.patch, at.patch);
@@ -317,7 +317,7 @@ bool is_face(const Topology& t, const std::vector<Index>& corners) {
 /// The faces of the control net of a patch, counter-clockwise, as indices of its points.
 std::vector<std::vector<int>> net_faces(const PatchClass& c) {
     std::vector<std::vector<int>> faces;
-    const int d = c.degree, n = c.n_sides;
+    const int d = c.degree, n = c.n_sectors;
     switch (c.kind) {
         case PatchKind::Regular:
             for (int t = 0; t < d; ++t) {
@@ -433,7 +433,7 @@ Point net_position(const PatchTable& table, const std::vector<Point>& points,
                    const PatchPoint& at) {
     const PatchClass& c = table.class_of(at.patch);
     const auto net = table.patch(at.patch).points;
-    const int d = c.degree, n = c.n_sides, i = static_cast<int>(at.sector);
+    const int d = c.degree, n = c.n_sectors, i = static_cast<int>(at.sector);
     const auto grid = [&](Vec2<double> p, auto&& index) {
         const int x = static_cast<int>(p.x), y = static_cast<int>(p.y);
         return bilinear(points[net[index(x, y)]], points[net[index(x + 1, y)]],
@@ -517,7 +517,7 @@ TEST(PatchTable, EachIrregularityHasOnePatch) {
             const PatchClass& patch_class = c.table.class_of(i);
             if (patch_class.kind == PatchKind::Regular)
                 continue;
-            ++actual[patch_class.n_sides];
+            ++actual[patch_class.n_sectors];
             const PatchKind kind =
                 c.table.degree() % 2 == 1 ? PatchKind::EV : PatchKind::EF;
             ASSERT_TRUE(c.table.patch(i).level == 0 || patch_class.kind == kind);

@@ -598,7 +598,7 @@ TEST(PictureInput, GroupsAllPatches) {
         Index expected = 0;
         for (Index i = 0; i < table.n_patches(); ++i) {
             const PatchClass& c = table.class_of(i);
-            expected += c.kind == g.kind && c.n_sides == g.n_sides &&
+            expected += c.kind == g.kind && c.n_sectors == g.n_sides &&
                         (c.kind != PatchKind::Regular || table.patch(i).level == g.level);
         }
         EXPECT_EQ(g.n_patches, expected);

@@ -108,8 +108,8 @@ Result<Measures> measure(Job& job, const LimitSurface& limit, int rate,
     m.continuity = measure_continuity(job.surface, rate);
     progress.stage("measuring distances to the limit surface");
     const auto distance =
-        measure_distance(base, job.function(), surface_function(base, limit),
-                         rate + rate % 2, job.diagonal());
+        measure_distance(base, job.surface.features(), job.function(),
+                         surface_function(base, limit), rate + rate % 2, job.diagonal());
     if (!distance)
         return distance.error();
     m.limit = *distance;
@@ -141,10 +141,13 @@ PictureInput job_picture(const Job& job) {
 }
 
 /// Lets Shade::Distance show the distance to the limit surface, over the diagonal.
-void show_distance(PictureInput& input, const LimitSurface& limit, double diagonal) {
-    input.distance = [base = input.base, to = surface_function(*input.base, limit),
-                      diagonal](const SurfaceJet<double>& s, const QuarterPoint& q) {
-        return closest_point(*base, to, s.p, q, 1e-9 * diagonal).distance / diagonal;
+void show_distance(PictureInput& input, const Surface& surface, const LimitSurface& limit,
+                   double diagonal) {
+    input.distance = [&surface, to = surface_function(surface.base(), limit), diagonal](
+                         const SurfaceJet<double>& s, const QuarterPoint& q) {
+        const ClosestPoint there = closest_point(surface.base(), surface.features(), to,
+                                                 s.p, q, 1e-9 * diagonal);
+        return there.distance / diagonal;
     };
 }
 
@@ -258,11 +261,8 @@ Status subdivide_command(const CommandOptions& options) {
         *data, base, {.ignore_tags = options.ignore_tags, .boundary = options.boundary});
     if (!features)
         return in_file(features.error(), options.input);
-    if (options.degree % 2 == 0) {
-        const Status s = check_closed_and_smooth(*data, base, *features);
-        if (!s)
-            return in_file(s.error(), options.input);
-    }
+    if (const Status s = check_refinement(*data, base, *features, options.degree); !s)
+        return in_file(s.error(), options.input);
     const double n_corners = base.n_halfedges() * std::pow(4.0, options.levels);
     if (n_corners >= double(kInvalidIndex)) {
         return fail(ErrorCode::InvalidOption,
@@ -321,12 +321,11 @@ Status compare_command(const CommandOptions& options) {
     const Topology& base = job->surface.base();
     const double diagonal = job->diagonal();
     progress.stage("building the limit surface");
-    const Result<LimitSurface> limit =
-        LimitSurface::build(base, job->mesh.positions, options.isolation);
+    const Result<LimitSurface> limit = job->build_limit(options.isolation);
     if (!limit)
         return in_file(limit.error(), options.input);
-    const Result<double> error =
-        isolation_error(base, job->mesh.positions, options.isolation, diagonal);
+    const Result<double> error = isolation_error(
+        base, job->surface.features(), job->mesh.positions, options.isolation, diagonal);
     if (!error)
         return in_file(error.error(), options.input);
     const Result<Measures> m = measure(*job, *limit, options.rate, progress);
@@ -337,7 +336,7 @@ Status compare_command(const CommandOptions& options) {
         if (const Status s = make_folder(options.images); !s)
             return s;
         PictureInput input = job_picture(*job);
-        show_distance(input, *limit, diagonal);
+        show_distance(input, job->surface, *limit, diagonal);
         for (const auto& [shade, name] : kPictures) {
             progress.stage(fmt::format("tracing {}", name));
             const auto file = options.images / fmt::format("{}.png", name);
@@ -389,12 +388,11 @@ Status render_command(const CommandOptions& options) {
     PictureInput input = job_picture(*job);
     std::optional<LimitSurface> limit;
     if (options.shade == "distance") {
-        auto built = LimitSurface::build(job->surface.base(), job->mesh.positions,
-                                         options.isolation);
+        auto built = job->build_limit(options.isolation);
         if (!built)
             return in_file(built.error(), options.input);
         limit.emplace(std::move(*built));
-        show_distance(input, *limit, job->diagonal());
+        show_distance(input, job->surface, *limit, job->diagonal());
     }
     input.title = fmt::format("{}, degree {}", options.input.filename().string(),
                               options.patch == "catmark" ? 3 : options.degree);
@@ -447,7 +445,7 @@ Status demo_command(const CommandOptions& options) {
         if (!job)
             return job.error();
         // The limit surface refers to the base of one job; each job has its own.
-        auto built = LimitSurface::build(job->surface.base(), job->mesh.positions);
+        auto built = job->build_limit(own.isolation);
         if (!built)
             return in_file(built.error(), own.input);
         const Result<Measures> m = measure(*job, *built, kRate, progress);
@@ -480,7 +478,7 @@ Status demo_command(const CommandOptions& options) {
         return s;
 
     progress.print(fmt::format("\nwrote {}\n", glb.string()));
-    auto built = LimitSurface::build(job->surface.base(), job->mesh.positions);
+    auto built = job->build_limit(own.isolation);
     if (!built)
         return in_file(built.error(), own.input);
     const auto picture = [&](const PictureInput& input, Shade shade,
@@ -493,7 +491,7 @@ Status demo_command(const CommandOptions& options) {
         return s;
     };
     PictureInput input = job_picture(*job);
-    show_distance(input, *built, job->diagonal());
+    show_distance(input, job->surface, *built, job->diagonal());
     input.title = "osdx, degree 3";
     for (const auto& [shade, name] : kPictures) {
         if (const Status s = picture(input, shade, name); !s)

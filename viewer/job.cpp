@@ -29,6 +29,11 @@ double Job::diagonal() const {
     return bounding_diagonal(mesh.positions);
 }
 
+Result<LimitSurface> Job::build_limit(int isolation) const {
+    return LimitSurface::build(surface.base(), surface.features(), mesh.positions,
+                               isolation);
+}
+
 Result<Job> load_job(const CommandOptions& options) {
     Result<MeshData> mesh = read_mesh(options.input);
     if (!mesh)
@@ -40,8 +45,7 @@ Result<Job> load_job(const CommandOptions& options) {
         return in_file(surface.error(), options.input);
     Job job{std::move(*mesh), std::move(*surface), std::nullopt, watch.lap()};
     if (options.patch == "catmark") {
-        Result<LimitSurface> limit = LimitSurface::build(
-            job.surface.base(), job.mesh.positions, options.isolation);
+        Result<LimitSurface> limit = job.build_limit(options.isolation);
         if (!limit)
             return in_file(limit.error(), options.input);
         job.limit.emplace(std::move(*limit));
@@ -70,10 +74,10 @@ Json patch_counts(const PatchTable& table) {
                 ++regular;
                 break;
             case PatchKind::EV:
-                ++ev[c.n_sides];
+                ++ev[c.n_sectors];
                 break;
             case PatchKind::EF:
-                ++ef[c.n_sides];
+                ++ef[c.n_sectors];
                 break;
         }
     }

@@ -28,6 +28,8 @@ struct Job {
     /// Of the patch family that was asked for.
     SurfaceFunction function() const;
     double diagonal() const;
+    /// With the features of the surface. \pre the surface outlives it
+    Result<LimitSurface> build_limit(int isolation) const;
 };
 Result<Job> load_job(const CommandOptions& options);
 

@@ -924,7 +924,7 @@ PictureInput picture_input(const Surface& surface) {
     input.patch = [&table](const QuarterPoint& at) {
         const PatchPoint p = table.locate(at);
         const PatchClass& c = table.class_of(p.patch);
-        PatchLook look{c.kind, c.n_sides, table.patch(p.patch).level, p.patch, {}};
+        PatchLook look{c.kind, c.n_sectors, table.patch(p.patch).level, p.patch, {}};
         // The edges of a multisided patch are at a = 1 and b = 1.
         const auto to_edge = [&](double x) {
             return (c.kind == PatchKind::Regular ? std::min(x, 1 - x) : 1 - x) / p.scale;
@@ -938,7 +938,7 @@ PictureInput picture_input(const Surface& surface) {
     for (Index i = 0; i < table.n_patches(); ++i) {
         const PatchClass& c = table.class_of(i);
         const int level = c.kind == PatchKind::Regular ? table.patch(i).level : 0;
-        ++counts[{c.kind, c.n_sides, level}];
+        ++counts[{c.kind, c.n_sectors, level}];
     }
     for (const auto& [key, count] : counts) {
         const auto& [kind, n_sides, level] = key;

@@ -70,7 +70,7 @@ Result<Net> read_net(const std::filesystem::path& file) {
     if (!read_int(j, "d", kMinDegree, kMaxDegree, net.patch_class.degree))
         return bad_net(
             file, fmt::format("'d' is no degree from {} to {}", kMinDegree, kMaxDegree));
-    if (!read_int(j, "n", 3, 100000, net.patch_class.n_sides))
+    if (!read_int(j, "n", 3, 100000, net.patch_class.n_sectors))
         return bad_net(file, "'n' is no number of sides from 3 to 100000");
     const auto n_points = static_cast<std::size_t>(net.patch_class.n_points());
     if (!j.contains("control") || !j["control"].is_array() ||
@@ -197,7 +197,7 @@ Status patch_command(const CommandOptions& options) {
     for (const Vec2<double>& xy : net->samples)
         samples.push_back(evaluate_sample(basis, *net, xy));
     const Json report = {{"kind", net->patch_class.kind == PatchKind::EV ? "EV" : "EF"},
-                         {"n", net->patch_class.n_sides},
+                         {"n", net->patch_class.n_sectors},
                          {"d", net->patch_class.degree},
                          {"samples", samples}};
     const Status s = write_file(

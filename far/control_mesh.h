@@ -1,0 +1,113 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "far/patch_class.h"
+#include "far/refine.h"
+
+/// A level of refinement as PatchTableBuilder sees it: regular grids of control points, with
+/// mirror images beyond borders.
+namespace osdx::detail {
+
+/// A control point as an affine combination of vertices of one level.
+using PointTerms = std::vector<std::pair<Index, double>>;
+
+/// The faces around a vertex between sharp edges, or all around it.
+enum class Fan : std::uint8_t {
+    Irregular,
+    Inside,  ///< four faces all around
+    Border,  ///< two faces at a border curve
+    Corner,  ///< one face at a pinned vertex
+};
+
+/// An irregular fan over which one patch can be laid.
+struct IrregularFan {
+    Index start;  ///< the first of its halfedges counter-clockwise
+    int n_faces;
+    PatchBorder border;
+    /// Where a crease ends and at spikes a patch is an approximation that is small only where
+    /// the fan is.
+    bool exact;
+};
+
+/// Fans and borders of a level. Sharp edges are borders of both sides.
+class ControlMesh {
+public:
+    /// \pre the level outlives this
+    ControlMesh(const RefinedLevel& level, int degree, bool is_base);
+
+    const Topology& topology() const noexcept { return level_->topology; }
+    const RefinedLevel& level() const noexcept { return *level_; }
+    /// Borders run midway between points and their mirror images; Curve points lie on them.
+    bool border_is_midway() const noexcept { return midway_; }
+
+    bool is_cut(Index h) const noexcept;
+    /// Of the fan that the face of h is in, at the vertex where h starts.
+    Fan fan(Index h) const noexcept { return fans_[h]; }
+    std::span<const IrregularFan> irregular_fans() const noexcept { return irregular_; }
+    /// A quad without anything in its middle.
+    bool is_quad(Index face) const noexcept;
+
+private:
+    void sort_fans(Index vertex);
+
+    const RefinedLevel* level_;
+    bool odd_, is_base_, midway_;
+    std::vector<Fan> fans_;  // per halfedge
+    std::vector<IrregularFan> irregular_;
+    std::vector<Index> ring_;
+};
+
+/// A rectangle of quads of a control mesh: x along the halfedge where it starts, y to the left.
+class ControlGrid {
+public:
+    /// What the first row or column is.
+    enum class Begin : std::uint8_t {
+        Outer,   ///< the outermost points of a control net: nothing is asked of them
+        Inside,  ///< a spoke, with quads on the other side
+        Border,
+    };
+
+    /// From the quad at `start` as far as \p wanted_x and \p wanted_y quads, or to a border.
+    /// \return false if that is no grid of quads, or not all of it is known.
+    bool walk(const ControlMesh& mesh, Index start, int wanted_x, int wanted_y,
+              Begin begin_x, Begin begin_y);
+    /// Around the quad at h, points x and y from `lo` to `hi` of its frame.
+    bool walk_around(const ControlMesh& mesh, Index h, int lo, int hi);
+
+    /// All vertices but the outermost have regular fans, and so has the border.
+    /// \param but_first  nothing is asked of (0, 0)
+    bool is_regular(const ControlMesh& mesh, bool but_first = false) const;
+
+    int n_x() const noexcept { return n_[0]; }  ///< quads
+    int n_y() const noexcept { return n_[1]; }
+    bool ends_at_border(int axis) const noexcept { return end_[axis]; }
+    Index halfedge(int x, int y) const noexcept { return halfedges_[x * n_[1] + y]; }
+    Index vertex(int x, int y) const noexcept { return vertices_[x * (n_[1] + 1) + y]; }
+
+    /// The control point (x, y), of walk_around() in its frame: a vertex, or a mirror image.
+    /// \return false if that would lie beyond the grid
+    bool point(int x, int y, PointTerms& terms) const;
+    /// The vertex (x, y), or a mirror image along its row: y counts vertices.
+    bool row_point(int x, int y, PointTerms& terms) const;
+
+private:
+    using Line = std::vector<std::pair<int, double>>;
+    bool line_terms(int axis, int i, double weight, Line& terms) const;
+    void combine(const Line& along_x, const Line& along_y, PointTerms& terms) const;
+    bool fits(const ControlMesh& mesh, Index far, int axis, int at) const;
+    bool extent(const ControlMesh& mesh, Index start, int axis, int wanted);
+
+    int n_[2], origin_[2];
+    bool end_[2];
+    Begin begin_[2];
+    bool midway_;
+    std::vector<Index> halfedges_, vertices_;
+};
+
+}  // namespace osdx::detail

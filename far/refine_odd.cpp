@@ -1,0 +1,242 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include <algorithm>
+#include <cstdint>
+
+#include "far/refine_step.h"
+
+namespace osdx::detail {
+namespace {
+
+/// Appends a row per face: the centroid of its vertices.
+void add_face_centroids(const Topology& t, StencilTable& s) {
+    for (Index f = 0; f < t.n_faces(); ++f) {
+        const double w = 1.0 / t.face_size(f);
+        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
+            s.add(t.vertex[h], w);
+        s.end_row();
+    }
+}
+
+/// Rows of split(t): vertices stay, edges and faces take the middle.
+StencilTable split_stencils(const Topology& t) {
+    StencilTable s = identity_stencils(t.n_vertices());
+    std::vector<Index> halfedge(t.n_edges);
+    for (Index h = 0; h < t.n_halfedges(); ++h)
+        halfedge[t.edge[h]] = h;
+    for (const Index h : halfedge) {
+        s.add(t.vertex[h], 0.5);
+        s.add(t.to_vertex(h), 0.5);
+        s.end_row();
+    }
+    add_face_centroids(t, s);
+    return s;
+}
+
+/// The sharpness of the edges and vertices of split(t) after one step.
+Features child_features(const Topology& t, const Features& f) {
+    Features child;
+    child.boundary = f.boundary;
+    child.creases = f.creases;
+    const auto lower = [](double s) {
+        return s >= kInfinitelySharp ? s : std::max(s - 1, 0.0);
+    };
+    if (!f.vertex_sharpness.empty()) {
+        child.vertex_sharpness.assign(t.n_vertices() + t.n_edges + t.n_faces(), 0.0);
+        for (Index v = 0; v < t.n_vertices(); ++v)
+            child.vertex_sharpness[v] = lower(f.vertex(v));
+    }
+    if (!f.hole.empty()) {
+        for (Index h = 0; h < t.n_halfedges(); ++h)
+            child.hole.push_back(f.hole[t.face[h]]);
+    }
+    if (f.edge_sharpness.empty())
+        return child;
+
+    child.edge_sharpness.assign(2 * t.n_edges + t.n_halfedges(), 0.0);
+    std::vector<Index> first_vertex(t.n_edges);  // where half 2 e of edge e starts
+    for (Index h = t.n_halfedges(); h-- > 0;)
+        first_vertex[t.edge[h]] = t.vertex[h];
+    for (Index v = 0; v < t.n_vertices(); ++v) {
+        double sum = 0;
+        int n_semi_sharp = 0;
+        t.for_each_edge(v, [&](Index e, Index) {
+            if (f.edge(e) > 0 && f.edge(e) < kInfinitelySharp) {
+                sum += f.edge(e);
+                ++n_semi_sharp;
+            }
+        });
+        t.for_each_edge(v, [&](Index e, Index) {
+            double s = f.edge(e);
+            if (f.creases == CreaseMethod::Chaikin && s > 0 && s < kInfinitelySharp &&
+                n_semi_sharp > 1)
+                s = 0.75 * s + 0.25 * (sum - s) / (n_semi_sharp - 1);
+            child.edge_sharpness[2 * e + (v == first_vertex[e] ? 0 : 1)] = lower(s);
+        });
+    }
+    return child;
+}
+
+enum class Rule : std::uint8_t { Smooth, Crease, Corner };
+
+Rule rule_of(double vertex_sharpness, int n_sharp_edges) {
+    if (vertex_sharpness > 0 || n_sharp_edges > 2)
+        return Rule::Corner;
+    return n_sharp_edges == 2 ? Rule::Crease : Rule::Smooth;
+}
+
+/// Writes the rows of an odd smoothing of the quads that split() made of a mesh.
+///
+/// Smooth: v' = (n-3)/n v + 2/n avg(edge neighbours) + 1/n avg(face-diagonal neighbours).
+/// Right after split(), the vertices of edges become the average of their edge neighbours,
+/// as in Catmull-Clark: the same between quads, but not next to other faces.
+class OddSmoothing {
+public:
+    /// \param features, child  sharpness of the mesh before and after the step
+    OddSmoothing(const Topology& mesh, const Features& features, const Topology& quads,
+                 const Features& child)
+        : mesh_(mesh), features_(features), quads_(quads), child_(child) {}
+
+    StencilTable rows(bool right_after_split) const {
+        StencilTable s;
+        for (Index v = 0; v < quads_.n_vertices(); ++v) {
+            add_row(v, right_after_split, s);
+            s.end_row();
+        }
+        return s;
+    }
+
+private:
+    bool is_edge_vertex(Index v) const {
+        return v >= mesh_.n_vertices() && v < mesh_.n_vertices() + mesh_.n_edges;
+    }
+    double sharpness_before(Index edge) const {
+        return edge < 2 * mesh_.n_edges ? features_.edge(edge / 2) : 0.0;
+    }
+
+    void add_row(Index v, bool right_after_split, StencilTable& s) const {
+        int n_before = 0, n_after = 0, n_ended = 0;
+        double ended = 0;
+        const auto note = [&](double before, double after) {
+            if (before > 0 && after <= 0) {
+                ++n_ended;
+                ended += before;
+            }
+        };
+        quads_.for_each_edge(v, [&](Index e, Index) {
+            n_before += sharpness_before(e) > 0;
+            n_after += child_.edge(e) > 0;
+            note(sharpness_before(e), child_.edge(e));
+        });
+        const double before = v < mesh_.n_vertices() ? features_.vertex(v) : 0.0;
+        note(before, child_.vertex(v));
+
+        const Rule from = rule_of(before, n_before),
+                   to = rule_of(child_.vertex(v), n_after);
+        const double w = from == to || n_ended == 0 ? 1 : std::min(1.0, ended / n_ended);
+        add_rule(from, v, w, right_after_split, s,
+                 [&](Index e) { return sharpness_before(e) > 0; });
+        if (w < 1) {
+            add_rule(to, v, 1 - w, right_after_split, s,
+                     [&](Index e) { return child_.edge(e) > 0; });
+        }
+    }
+
+    template <class IsSharp>
+    void add_rule(Rule rule, Index v, double w, bool right_after_split, StencilTable& s,
+                  IsSharp&& is_sharp) const {
+        switch (rule) {
+            case Rule::Corner:
+                s.add(v, w);
+                break;
+            case Rule::Crease:
+                s.add(v, 0.5 * w);
+                quads_.for_each_edge(v, [&](Index e, Index to) {
+                    if (is_sharp(e))
+                        s.add(to, 0.25 * w);
+                });
+                break;
+            case Rule::Smooth:
+                if (right_after_split && is_edge_vertex(v))
+                    add_edge_point(v, w, s);
+                else
+                    add_smooth(v, w, right_after_split, s);
+                break;
+        }
+    }
+
+    /// The point of an edge between faces F0 and F1: f (F0 + F1) + (1/2 - f) (V0 + V1).
+    void add_edge_point(Index v, double w, StencilTable& s) const {
+        const Index first_face = mesh_.n_vertices() + mesh_.n_edges;
+        double f = 0;
+        quads_.for_each_edge(v, [&](Index, Index to) {
+            if (to >= first_face) {
+                const bool triangle =
+                    features_.smooth_triangles && mesh_.face_size(to - first_face) == 3;
+                f += 0.5 * (triangle ? kSmoothTriangle : 0.25);
+            }
+        });
+        quads_.for_each_edge(
+            v, [&](Index, Index to) { s.add(to, w * (to >= first_face ? f : 0.5 - f)); });
+    }
+
+    void add_smooth(Index v, double w, bool right_after_split, StencilTable& s) const {
+        const double n = quads_.valence(v);
+        if (n == 0) {
+            s.add(v, w);
+            return;
+        }
+        double own = (n - 3) / n, beside = 2 / (n * n), diagonal = 1 / (n * n);
+        if (n == 2 && !right_after_split) {
+            // The centre's weight would be negative; Zorin and Schroeder's (2001) is not.
+            own = 0.25;
+            beside = 0.25;
+            diagonal = 0.125;
+        }
+        if (own != 0)
+            s.add(v, w * own);
+        quads_.for_each_outgoing(v, [&](Index h) {
+            const Index to = quads_.next(h);
+            s.add(quads_.vertex[to], w * beside);
+            s.add(quads_.vertex[quads_.next(to)], w * diagonal);
+        });
+    }
+
+    // Weight of a triangle's centre in OpenSubdiv's TRI_SUB_SMOOTH.
+    static constexpr double kSmoothTriangle = 0.47;
+
+    const Topology& mesh_;
+    const Features& features_;
+    const Topology& quads_;
+    const Features& child_;
+};
+
+}  // namespace
+
+RefinedLevel refine_odd(const RefinedLevel& parent, int degree) {
+    const Topology& mesh = parent.topology;
+    RefinedLevel level;
+    level.topology = split(mesh);
+    level.features = child_features(mesh, parent.features);
+    if (!parent.gap.empty()) {
+        level.gap.assign(level.topology.n_edges, false);
+        for (Index e = 0; e < mesh.n_edges; ++e)
+            level.gap[2 * e] = level.gap[2 * e + 1] = parent.gap[e];
+    }
+    const OddSmoothing smoothing(mesh, parent.features, level.topology, level.features);
+    KnownRows known(parent.known);
+    const std::vector<bool> beside_gap = vertices_beside_gaps(level);
+    level.factors.push_back(known.filter(
+        compose(smoothing.rows(true), split_stencils(mesh), mesh.n_vertices()),
+        beside_gap));
+    if (degree >= 5) {
+        const StencilTable rows = smoothing.rows(false);
+        for (int i = 0; i < (degree - 3) / 2; ++i)
+            level.factors.push_back(known.filter(rows, beside_gap));
+    }
+    level.known = known.take();
+    return level;
+}
+
+}  // namespace osdx::detail
