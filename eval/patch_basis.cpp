@@ -59,7 +59,7 @@ PatchBasis::PatchBasis(const PatchClass& patch_class)
     if (class_.border == PatchBorder::Spike) {
         std::vector<double> w(static_cast<std::size_t>(class_.n_points()), 0.0);
         const Jet<double, 0> f =
-            polygon_weights<0>(Domain<0>(*this, {0, 0, 0}, Chart::Native),
+            polygon_weights<0>(Domain<0>(*this, 0, {}, Chart::Native),
                                [&](Index i, const Jet<double, 0>& x) { w[i] += x.c[0]; });
         for (double& x : w)
             x /= f.c[0];
@@ -241,25 +241,29 @@ void PatchBasis::row_basis(int interval, double u, int order,
     }
 }
 
-Vec2<double> PatchBasis::to_native(const DomainPoint& p) const noexcept {
-    if (class_.kind == PatchKind::Regular)
-        return {p.a, p.b};
+Vec2<double> PatchBasis::quad_point(int sector, double a, double b) const noexcept {
     if (is_triangle())
-        return {p.a - p.b, p.a * p.b};
+        return {a - b, a * b};
     const double angle = std::numbers::pi / n_;
     const auto at = [&](double turns, double radius) {
         return Vec2<double>(radius * std::cos(turns * angle),
                             radius * std::sin(turns * angle));
     };
     const double c = std::cos(angle);
-    const Vec2<double> left = at(2 * p.sector - 1, c), corner = at(2 * p.sector, 1),
-                       right = at(2 * p.sector + 1, c);
-    return p.a * (1 - p.b) * left + p.a * p.b * corner + (1 - p.a) * p.b * right;
+    const Vec2<double> left = at(2 * sector - 1, c), corner = at(2 * sector, 1),
+                       right = at(2 * sector + 1, c);
+    return a * (1 - b) * left + a * b * corner + (1 - a) * b * right;
 }
 
-DomainPoint PatchBasis::from_native(Vec2<double> xy) const noexcept {
+Vec2<double> PatchBasis::to_native(const DomainPoint& p) const noexcept {
     if (class_.kind == PatchKind::Regular)
-        return {0, std::clamp(xy.x, 0.0, 1.0), std::clamp(xy.y, 0.0, 1.0)};
+        return {p.a, p.b};
+    const Place<0> at = place<0>(p);
+    return quad_point(p.sector, at.a.c[0], at.b.c[0]);
+}
+
+/// The inverse of quad_point().
+DomainPoint PatchBasis::quad_place(Vec2<double> xy) const noexcept {
     if (is_triangle()) {
         // (a - b, a b), so that a and -b are the roots of z^2 - x z - y.
         const double root = std::sqrt(std::max(0.0, xy.x * xy.x + 4 * xy.y));
@@ -292,8 +296,28 @@ DomainPoint PatchBasis::from_native(Vec2<double> xy) const noexcept {
             std::clamp((t + difference) / 2, 0.0, 1.0)};
 }
 
+DomainPoint PatchBasis::from_native(Vec2<double> xy) const noexcept {
+    if (class_.kind == PatchKind::Regular)
+        return {0, std::clamp(xy.x, 0.0, 1.0), std::clamp(xy.y, 0.0, 1.0)};
+    const DomainPoint goal = quad_place(xy);
+    DomainPoint p = goal;
+    // Beside a border (a, b) is moved: Newton's method for the point that moves there.
+    for (int step = 0; class_.is_open() && step < 50; ++step) {
+        const Place<1> at = place<1>(p);
+        const double ea = goal.a - at.a.c[0], eb = goal.b - at.b.c[0];
+        const double det = at.a.c[1] * at.b.c[2] - at.a.c[2] * at.b.c[1];
+        const double da = (ea * at.b.c[2] - eb * at.a.c[2]) / det,
+                     db = (eb * at.a.c[1] - ea * at.b.c[1]) / det;
+        p.a = std::clamp(p.a + da, 0.0, 1.0);
+        p.b = std::clamp(p.b + db, 0.0, 1.0);
+        if (std::abs(da) + std::abs(db) < 1e-15)
+            break;
+    }
+    return p;
+}
+
 PatchBasis::SideParameters PatchBasis::side_parameters(const DomainPoint& p) const {
-    const Domain<0> domain(*this, p, Chart::Native);
+    const Domain<0> domain(*this, p.sector, place<0>(p), Chart::Native);
     SideParameters r;
     for (int i = 0; i < n_; ++i) {
         r.s.push_back(domain.s(i).c[0]);

@@ -56,7 +56,9 @@ struct DomainPoint {
 /// the axis meets at its ends, L = d-1 for EV and d for EF. That changes no derivative below d
 /// on any side. One sector at a smooth border has the triangle (1,0), (0,1), (-1,0) for its
 /// domain, with the border along y = 0, the second halves of ribbon 0 and the first of ribbon
-/// 1, and q on the line through (0,1). A spike is S(p) + b(p) (V - S(0)), with b over all sides.
+/// 1, and q on the line through (0,1). In the sectors beside a border, (a, b) is moved along it
+/// so that tau is linear in (a, b): on both sides of a crease, whatever patches lie there, and
+/// on borders modelled apart, equal addresses are equal points. A spike is S(p) + b(p) (V - S(0)), with b over all sides.
 /// Source of these: own, for the smooth half checked against a border of more patches.
 ///
 /// Weights are formed in double whatever the points are: the blends cancel near corners,
@@ -80,7 +82,7 @@ public:
     Jet<double, Order> for_each_weight(const DomainPoint& p, Chart chart,
                                        Sink&& sink) const noexcept;
 
-    /// The point of the n-gon under (a, b) of a sector; (a, b) itself for regular patches.
+    /// The point of the domain under (a, b) of a sector; (a, b) itself for regular patches.
     Vec2<double> to_native(const DomainPoint& p) const noexcept;
     /// The inverse; points outside of the n-gon are moved to it.
     DomainPoint from_native(Vec2<double> xy) const noexcept;
@@ -100,6 +102,25 @@ private:
     class AxisDomain;
     template <int Order>
     class Triangle;
+
+    /// (a, b) of a sector's quad, as jets in the (a, b) that was asked for.
+    template <int Order>
+    struct Place {
+        J<Order> a, b;
+    };
+    template <int Order>
+    Place<Order> place(const DomainPoint& p) const noexcept;
+    Vec2<double> quad_point(int sector, double a, double b) const noexcept;
+    DomainPoint quad_place(Vec2<double> xy) const noexcept;
+
+    /// tau at t on an axis: 0 at t = 1, the side, and L/2 at t = 0, the centre.
+    template <int Order>
+    J<Order> axis_parameter(const J<Order>& t) const noexcept;
+    /// The t at which tau is L/2 (1 - a).
+    template <int Order>
+    J<Order> axis_place(const J<Order>& a) const noexcept;
+    template <int Order>
+    J<Order> border_parameter(const J<Order>& h_i, const J<Order>& h_o) const noexcept;
 
     bool is_triangle() const noexcept {
         return class_.border == PatchBorder::Smooth && class_.n_sectors == 1;
@@ -246,19 +267,31 @@ private:
 template <int Order>
 class PatchBasis::Domain {
 public:
-    Domain(const PatchBasis& basis, const DomainPoint& p, Chart chart) noexcept
-        : basis_(basis), p_(p), chart_(chart), parameters_(*this, p.sector, basis.n_) {}
+    Domain(const PatchBasis& basis, int sector, const Place<Order>& place,
+           Chart chart) noexcept
+        : basis_(basis),
+          sector_(sector),
+          place_(place),
+          chart_(chart),
+          plain_(chart == Chart::Native || !basis.class_.is_open()),
+          parameters_(*this, sector, basis.n_) {}
 
     /// l_k, by its values at the corners of the sector's quad: exact 0 on side k.
     J<Order> distance(int k) const noexcept {
         const auto at = [&](int i) {
             return basis_.vertex_distance_[basis_.cyclic(basis_.cyclic(i) - k)];
         };
-        const int q = p_.sector;
+        const int q = sector_;
         const double centre = basis_.centre_distance();
         const double left = 0.5 * (at(q - 1) + at(q)), corner = at(q),
                      right = 0.5 * (at(q) + at(q + 1));
-        const double a = p_.a, b = p_.b;
+        if (!plain_) {
+            const J<Order>&a = place_.a, &b = place_.b;
+            const J<Order> one(1.0), ab = a * b;
+            return (one - a - b + ab) * centre + (a - ab) * left + ab * corner +
+                   (b - ab) * right;
+        }
+        const double a = place_.a.c[0], b = place_.b.c[0];
         J<Order> l((1 - a) * (1 - b) * centre + a * (1 - b) * left + a * b * corner +
                    (1 - a) * b * right);
         if constexpr (Order > 0) {
@@ -280,8 +313,10 @@ public:
 
 private:
     const PatchBasis& basis_;
-    DomainPoint p_;
+    int sector_;
+    Place<Order> place_;
     Chart chart_;
+    bool plain_;  // the place is where it was asked for, or its derivatives do not count
     PatchSideParameters<Order, Domain> parameters_;
 };
 
@@ -320,32 +355,98 @@ class PatchBasis::Triangle {
 public:
     J<Order> first, corner, last;
 
-    Triangle(const DomainPoint& p, Chart chart) noexcept {
-        // The quad (middle of the border, first, corner, last), bilinear in (a, b).
-        const double a = p.a, b = p.b, middle = 0.5 * (1 - a) * (1 - b);
-        first = J<Order>(middle + a * (1 - b));
-        corner = J<Order>(a * b);
-        last = J<Order>(middle + (1 - a) * b);
+    Triangle(const Place<Order>& p, Chart chart) noexcept {
+        // The quad (middle of the border, first, corner, last).
+        const J<Order> one(1.0);
+        corner = p.a * p.b;
+        const J<Order> middle = 0.5 * (one - p.a) * (one - p.b);
+        first = middle + p.a * (one - p.b);
+        last = middle + (one - p.a) * p.b;
         if constexpr (Order > 0) {
             if (chart == Chart::Native) {
-                first.c[1] = 0.5, first.c[2] = -0.5;
-                corner.c[1] = 0, corner.c[2] = 1;
-                last.c[1] = -0.5, last.c[2] = -0.5;
-            } else {
-                first.c[1] = 0.5 * (1 - b), first.c[2] = -0.5 * (1 + a);
-                corner.c[1] = b, corner.c[2] = a;
-                last.c[1] = -0.5 * (1 + b), last.c[2] = 0.5 * (1 - a);
-                if constexpr (Order > 1) {
-                    first.c[4] = last.c[4] = -0.5;
-                    corner.c[4] = 1;
-                }
+                first = linear(first.c[0], 0.5, -0.5);
+                corner = linear(corner.c[0], 0, 1);
+                last = linear(last.c[0], -0.5, -0.5);
             }
         }
     }
     /// The foot on the border.
     Triangle(const J<Order>& first_, const J<Order>& last_) noexcept
         : first(first_), corner(), last(last_) {}
+
+private:
+    static J<Order> linear(double value, double dx, double dy) noexcept {
+        J<Order> j(value);
+        j.c[1] = dx;
+        j.c[2] = dy;
+        return j;
+    }
 };
+
+template <int Order>
+Jet<double, Order> PatchBasis::border_parameter(const J<Order>& h_i,
+                                                const J<Order>& h_o) const noexcept {
+    const J<Order> one(1.0), w = blend<Order>(h_o, h_i);
+    return double(intervals_) * (w * h_i + (one - w) * (one - h_o));
+}
+
+template <int Order>
+Jet<double, Order> PatchBasis::axis_parameter(const J<Order>& t) const noexcept {
+    const J<Order> one(1.0);
+    if (is_triangle())
+        return border_parameter<Order>(0.25 * (one - t), 0.25 * (one + t));
+    const AxisDomain<Order> at(*this, 0, t);
+    return border_parameter<Order>(at.h(0), at.h(n_ / 2));
+}
+
+template <int Order>
+Jet<double, Order> PatchBasis::axis_place(const J<Order>& a) const noexcept {
+    // tau falls from L/2 to 0 as t rises: Newton's method, kept inside the last bracket.
+    const double goal = 0.5 * intervals_ * (1 - a.c[0]);
+    double lo = 0, hi = 1, t = a.c[0], slope = -1;
+    constexpr int kMaxSteps = 100;
+    for (int step = 0; step < kMaxSteps; ++step) {
+        Jet<double, 1> x(t);
+        x.c[1] = 1;
+        const Jet<double, 1> tau = axis_parameter<1>(x);
+        slope = tau.c[1];
+        const double error = tau.c[0] - goal;
+        (error > 0 ? lo : hi) = t;
+        double next = t - error / slope;
+        if (!(next > lo && next < hi))
+            next = error == 0 ? t : 0.5 * (lo + hi);
+        const bool done = std::abs(next - t) < 1e-16 || t == 0 || t == 1;
+        if (a.c[0] <= 0 || a.c[0] >= 1 || done)
+            break;
+        t = next;
+    }
+    // Each step makes one more order right.
+    J<Order> result(t);
+    for (int order = 0; order < Order; ++order) {
+        J<Order> error =
+            axis_parameter<Order>(result) + (0.5 * intervals_) * (a - J<Order>(1.0));
+        error.c[0] = 0;
+        result -= error * (1 / slope);
+    }
+    return result;
+}
+
+template <int Order>
+PatchBasis::Place<Order> PatchBasis::place(const DomainPoint& p) const noexcept {
+    Place<Order> at{J<Order>(p.a), J<Order>(p.b)};
+    if constexpr (Order > 0) {
+        at.a.c[1] = 1;
+        at.b.c[2] = 1;
+    }
+    if (!class_.is_open())
+        return at;
+    const J<Order> one(1.0), a = at.a, b = at.b;
+    if (p.sector == 0)
+        at.a = a + (one - b) * (axis_place<Order>(a) - a);
+    if (p.sector == class_.n_sectors - 1)
+        at.b = b + (one - a) * (axis_place<Order>(b) - b);
+    return at;
+}
 
 template <int Order, class Sink>
 Jet<double, Order> PatchBasis::regular_weights(double s, double t,
@@ -461,8 +562,7 @@ void PatchBasis::correct(int axis, const J<Order>& scale, const J<Order>& h_i,
                          const J<Order>& h_o, Weights&& weights,
                          Sink&& sink) const noexcept {
     constexpr int kStride = Order + 1;
-    const J<Order> one(1.0), w = blend<Order>(h_o, h_i);
-    const J<Order> tau = double(intervals_) * (w * h_i + (one - w) * (one - h_o));
+    const J<Order> tau = border_parameter<Order>(h_i, h_o);
     const int interval = std::clamp(static_cast<int>(tau.c[0]), 0, intervals_ - 1);
     std::array<double, (kMaxDegree + 1) * kStride> taylor;
     bspline_basis<double>(
@@ -494,8 +594,9 @@ Jet<double, Order> PatchBasis::for_each_weight(const DomainPoint& p, Chart chart
     const J<Order> one(1.0);
     J<Order> f;
 
+    const Place<Order> at_place = place<Order>(p);
     if (is_triangle()) {
-        const Triangle<Order> at(p, chart);
+        const Triangle<Order> at(at_place, chart);
         if (at_corner) {
             ribbon_weights<Order>(1,
                                   J<Order>(0.5) - 0.5 * at.corner / (at.corner + at.last),
@@ -511,7 +612,7 @@ Jet<double, Order> PatchBasis::for_each_weight(const DomainPoint& p, Chart chart
         return f;
     }
 
-    const Domain<Order> domain(*this, p, chart);
+    const Domain<Order> domain(*this, p.sector, at_place, chart);
     if (at_corner) {
         const int i = cyclic(p.sector + 1);  // starts at the corner
         ribbon_weights<Order>(i, domain.s(i), domain.h(i), one, one, f, sink);

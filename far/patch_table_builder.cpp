@@ -226,6 +226,10 @@ private:
                            first ? Begin::Border : Begin::Inside) ||
                 !grid.is_regular(*mesh_, true))
                 return;
+            // A border must not come closer than the patch reaches.
+            if ((grid.ends_at_border(0) && 2 * grid.n_x() < width) ||
+                (grid.ends_at_border(1) && 2 * grid.n_y() < width))
+                return;
         }
         for (int i = c.is_open() ? 1 : 0; i < n; ++i) {
             if (!same_extent(grids_[i], 0, grids_[(i + n - 1) % n], 1))

@@ -165,8 +165,9 @@ Continuity measure_continuity(const Surface& surface, int rate) {
     c.worst_normal = jumps.at_angle;
     c.worst_sharp_normal = jumps.at_sharp_angle;
     if (jumps.principal > 0) {
-        const double mean = jumps.mean / jumps.principal,
-                     gauss = jumps.gauss / (jumps.principal * jumps.principal);
+        // A radius of a million diagonals is flat: smaller curvatures are rounding.
+        const double scale = std::max(jumps.principal, 1e-6 / diagonal);
+        const double mean = jumps.mean / scale, gauss = jumps.gauss / (scale * scale);
         c.curvature_jump_max = std::max(mean, gauss);
         c.worst_curvature = mean > gauss ? jumps.at_mean : jumps.at_gauss;
     }

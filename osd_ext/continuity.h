@@ -16,7 +16,7 @@ struct Continuity {
     double gap_max = 0;              ///< of the position, over the bounding-box diagonal
     double normal_jump_deg_max = 0;  ///< of the normal, in degrees
     /// Of the curvature: the larger of the jump of the mean curvature over curvature_max and
-    /// of the Gauss curvature over its square.
+    /// of the Gauss curvature over its square; curvatures below 1e-6 count as none.
     double curvature_jump_max = 0;
     double curvature_max = 0;  ///< largest principal curvature met, times the diagonal
     double sharp_normal_jump_deg_max = 0;  ///< across infinitely sharp edges

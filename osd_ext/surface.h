@@ -19,7 +19,8 @@ namespace osdx {
 struct SurfaceOptions {
     int degree = 3;            ///< of the B-splines; kMinDegree to kMaxDegree
     bool ignore_tags = false;  ///< take the mesh as if it had no tags
-    std::optional<BoundaryRule> boundary = {};  ///< instead of the mesh's tag, or EdgeOnly
+    std::optional<BoundaryRule> boundary =
+        {};  ///< instead of the mesh's tag, or EdgeOnly
 };
 
 /// A smooth surface over a polygon mesh, closed or open, with creases, corners and holes: regular B-spline patches, and one multisided

@@ -340,7 +340,7 @@ TEST(ClosestPoint, AgreesWithBruteForceOnOpenMeshes) {
     for (const auto& [name, mesh] : open_meshes()) {
         SCOPED_TRACE(name);
         const Limit s(mesh, {});
-        const Tessellation dense = tessellate(s.base, 16, s.function());
+        const Tessellation dense = tessellate(s.base, s.features, 16, s.function());
         for (int i = 0; i < 20; ++i) {
             const double x = next(), y = next(), z = next();
             const Vec3<double> target(1.5 * x, 1.5 * y, z);
