@@ -25,7 +25,10 @@ struct TextureJet {
 /// FaceVaryingRule::All interpolates linearly: bilinear in the (u, v) of a quad, and in each
 /// quarter of another polygon between its corner, the middles of its edges and the centroid.
 /// The other rules evaluate a surface of the same degree over the texture coordinates, by
-/// patches on their own topology.
+/// patches on their own topology. So the texture follows the points of the surface as the
+/// mesh's own coordinates would, but for faces beside pinned vertices of several faces
+/// (rule Boundaries: all vertices of seams): there lie multisided patches, which go through
+/// the texture at a pace of their own, where the surface may have regular ones.
 ///
 /// Threads: const members may run at the same time.
 class TextureSurface {

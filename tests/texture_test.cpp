@@ -171,24 +171,39 @@ TEST(Texture, SmoothRulesWithoutSeamsFollowTheSurface) {
     }
 }
 
-// Along straight borders that are pinned at their corners, every rule keeps a linear map: the
-// rules of the border and of the inside reproduce linear functions on regular grids.
+// Pinned at its corners only, the unrolled square is regular, and the rules of the border and
+// of the inside reproduce linear functions.
 TEST(Texture, SmoothRulesOverSeamsKeepTheUnrolledTorus) {
     const MeshData mesh = unrolled_torus(4, 5);
     for (const FaceVaryingRule rule :
          {FaceVaryingRule::CornersOnly, FaceVaryingRule::CornersPlus1,
-          FaceVaryingRule::CornersPlus2, FaceVaryingRule::Boundaries}) {
-        const auto texture = TextureSurface::build(mesh, {}, rule);
-        ASSERT_TRUE(texture) << texture.error().message;
+          FaceVaryingRule::CornersPlus2}) {
+        SCOPED_TRACE(int(rule));
+        const TextureSurface texture = texture_of(mesh, {}, rule);
         for (Index f = 0; f < 20; ++f) {
-            for (int k = 0; k <= 16; ++k) {
-                const double u = 0.25 * (k % 5), v = 0.25 * (k / 4);
+            for (int k = 0; k < 25; ++k) {
+                const double u = 0.25 * (k % 5), v = 0.25 * (k / 5);
                 const Vec expected((f / 5 + u) / 4, (f % 5 + v) / 5);
-                const TextureJet jet = texture->evaluate(Address{f, u, v});
+                const TextureJet jet = texture.evaluate(Address{f, u, v});
                 ASSERT_LT(glm::length(jet.p - expected), 1e-14);
                 ASSERT_LT(glm::length(jet.du - Vec(0.25, 0)), 1e-13);
                 ASSERT_LT(glm::length(jet.dv - Vec(0, 0.2)), 1e-13);
             }
+        }
+    }
+}
+
+// Rule Boundaries: every vertex of a seam is pinned, and between them the values run evenly,
+// the same on both sides up to the shift of the texture.
+TEST(Texture, LinearBoundariesRunEvenlyAlongSeams) {
+    const MeshData mesh = unrolled_torus(4, 5);
+    const TextureSurface texture = texture_of(mesh, {}, FaceVaryingRule::Boundaries);
+    for (Index j = 0; j < 5; ++j) {
+        for (const double t : {0.0, 0.1, 0.25, 0.5, 0.8}) {
+            const Vec first = texture.evaluate(Address{j, 0, t}).p,
+                      last = texture.evaluate(Address{15 + j, 1, t}).p;
+            EXPECT_LT(glm::length(first - Vec(0, (j + t) / 5)), 1e-14) << j << " " << t;
+            EXPECT_LT(glm::length(last - Vec(1, (j + t) / 5)), 1e-14) << j << " " << t;
         }
     }
 }
@@ -207,8 +222,7 @@ TEST(Texture, SmoothRulesOverSeamsGiveSplineCurves) {
         mesh.face_uvs.insert(mesh.face_uvs.end(),
                              {i * 5 + j, i * 5 + 5 + j, i * 5 + 5 + k, i * 5 + k});
     }
-    const auto texture = TextureSurface::build(mesh, {}, FaceVaryingRule::None);
-    ASSERT_TRUE(texture) << texture.error().message;
+    const TextureSurface texture = texture_of(mesh, {}, FaceVaryingRule::None);
     for (const bool last : {false, true}) {
         for (Index j = 0; j < 5; ++j) {
             const auto value = [&](Index at) {
@@ -222,7 +236,7 @@ TEST(Texture, SmoothRulesOverSeamsGiveSplineCurves) {
                                       t * t * t * value(j + 2)) /
                                      6.0;
                 const Address a{last ? 25 + j : j, last ? 1.0 : 0.0, t};
-                ASSERT_LT(glm::length(texture->evaluate(a).p - expected), 1e-14)
+                ASSERT_LT(glm::length(texture.evaluate(a).p - expected), 1e-14)
                     << last << " " << j << " " << t;
             }
         }
