@@ -105,6 +105,8 @@ if "$osdx" compare cube.obj --rate 2 --json compare.json >stdout 2>stderr; then
 else
     grep -q 'built without OpenSubdiv' stderr || fail "compare: $(cat stderr)"
 fi
+"$osdx" render uv.obj --size 64 48 --shade checker --out checker.png 2>stderr ||
+    grep -q 'built without Embree' stderr || fail "render checker: $(cat stderr)"
 for shade in phong normals reflection mean gauss patches; do
     "$osdx" render cube.obj --size 64 48 --shade "$shade" --out "$shade.png" 2>stderr ||
         grep -q 'built without Embree' stderr || fail "render $shade: $(cat stderr)"
@@ -178,6 +180,7 @@ printf 'face,u\n' >head.csv
 refuses 1 '^osdx: head.csv:1: ' eval cube.obj --at head.csv --out x.csv
 echo '{"kind": "EV", "n": 5, "d": 3, "control": [], "samples": []}' >net_bad.json
 refuses 1 '^osdx: net_bad.json: .*31 points' patch net_bad.json --out x.json
+refuses 1 '^osdx: cube.obj: .*texture coordinates' render cube.obj --shade checker --out x.png
 refuses 1 'patch|built without' render cube.obj --patch catmark --shade patches --out x.png
 refuses 1 'x.step' tessellate cube.obj --out x.step
 refuses 1 'nowhere' tessellate cube.obj --out nowhere/x.obj

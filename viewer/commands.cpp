@@ -394,6 +394,14 @@ Status render_command(const CommandOptions& options) {
         limit.emplace(std::move(*built));
         show_distance(input, job->surface, *limit, job->diagonal());
     }
+    std::optional<TextureSurface> texture;
+    if (options.shade == "checker") {
+        Result<TextureSurface> built = load_texture(*job, options);
+        if (!built)
+            return built.error();
+        texture.emplace(std::move(*built));
+        input.texture = [&](const QuarterPoint& q) { return texture->evaluate(q); };
+    }
     input.title = fmt::format("{}, degree {}", options.input.filename().string(),
                               options.patch == "catmark" ? 3 : options.degree);
     PictureOptions picture;

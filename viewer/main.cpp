@@ -148,6 +148,7 @@ void define(Parser& p) {
     p.mesh(render);
     p.degree(render);
     p.patch(render);
+    p.uv_rule(render);
     p.out(render, "a PNG file");
     render
         ->add_option_function<std::vector<int>>(
