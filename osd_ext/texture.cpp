@@ -44,8 +44,7 @@ Result<TextureSurface> TextureSurface::build(const MeshData& data,
     }
     if (c.rule == FaceVaryingRule::All)
         return s;
-    if (const Status status =
-            check_surface(data, c.topology, c.features, options.degree);
+    if (const Status status = check_surface(data, c.topology, c.features, options.degree);
         !status)
         return status.error();
     Result<PatchTable> table =
