@@ -13,10 +13,33 @@ ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
       is_base_(is_base),
       midway_(!odd_ && !is_base),
       fans_(level.topology.n_halfedges(), Fan::Irregular) {
+    std::vector<bool> sharp = vertices_at_sharp_faces();
     for (Index v = 0; v < level.topology.n_vertices(); ++v) {
+        if (!sharp.empty() && sharp[v])
+            continue;
         if (level.topology.vertex_halfedge[v] != kInvalidIndex && level.is_known(v))
             sort_fans(v);
     }
+}
+
+/// Even degrees: where sharpness still changes the rules; empty: nowhere.
+std::vector<bool> ControlMesh::vertices_at_sharp_faces() const {
+    const Topology& t = topology();
+    std::vector<bool> vertices;
+    const auto add_face = [&](Index f) {
+        vertices.resize(t.n_vertices());
+        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
+            vertices[t.vertex[h]] = true;
+    };
+    for (Index h = 0; h < t.n_halfedges() && !level_->rays.empty(); ++h) {
+        if (level_->edge_rays[t.edge[h]] != kInvalidIndex)
+            add_face(t.face[h]);
+    }
+    for (const Junction& j : level_->junctions) {
+        if (j.vertex_sharpness < kInfinitelySharp)
+            add_face(j.face);
+    }
+    return vertices;
 }
 
 bool ControlMesh::is_cut(Index h) const noexcept {
@@ -49,6 +72,11 @@ void ControlMesh::sort_fans(Index v) {
         dart = n_cuts == 1;
     } else {
         const PointKind kind = level_->point_kinds[v];
+        if (is_base_) {
+            const BaseSharpness& s = level_->base_sharpness[v];
+            blocked |= !s.rays.empty() ||
+                       (s.vertex_sharpness > 0 && s.vertex_sharpness < kInfinitelySharp);
+        }
         pinned = kind == PointKind::Pinned || kind == PointKind::Spike;
         dart = kind == PointKind::Dart;
     }

@@ -54,6 +54,7 @@ public:
     bool is_quad(Index face) const noexcept;
 
 private:
+    std::vector<bool> vertices_at_sharp_faces() const;
     void sort_fans(Index vertex);
 
     const RefinedLevel* level_;

@@ -272,10 +272,6 @@ Status refuse_valence_two(const MeshData& data, Index v) {
                 line_of(data.vertex_lines, v));
 }
 
-bool is_semi_sharp(double s) {
-    return s > 0 && s < kInfinitelySharp;
-}
-
 }  // namespace
 
 Status check_refinement(const MeshData& data, const Topology& t, const Features& f,
@@ -287,20 +283,14 @@ Status check_refinement(const MeshData& data, const Topology& t, const Features&
         if (h != kInvalidIndex && !t.is_border(h) && t.valence(v) == 2)
             return refuse_valence_two(data, v);
     }
-    const bool semi_sharp = std::ranges::any_of(f.edge_sharpness, is_semi_sharp) ||
-                            std::ranges::any_of(f.vertex_sharpness, is_semi_sharp);
-    if (!semi_sharp && !f.smooth_triangles)
+    if (!f.smooth_triangles)
         return ok();
-    const auto tag = std::ranges::find_if(data.tags, [&](const Tag& candidate) {
-        return semi_sharp ? (candidate.name == "crease" || candidate.name == "corner") &&
-                                std::ranges::any_of(candidate.floats, is_semi_sharp)
-                          : candidate.name == "smoothtriangles";
-    });
+    const auto tag = std::ranges::find(data.tags, "smoothtriangles", &Tag::name);
     const auto i = static_cast<Index>(tag - data.tags.begin());
-    return fail(ErrorCode::UnsupportedTag,
-                fmt::format("tag {} is '{}'{}, which even degrees do not take", i,
-                            tag->name, semi_sharp ? " with a finite sharpness" : ""),
-                i, tag->line);
+    return fail(
+        ErrorCode::UnsupportedTag,
+        fmt::format("tag {} is '{}', which even degrees do not take", i, tag->name), i,
+        tag->line);
 }
 
 Status check_surface(const MeshData& data, const Topology& t, const Features& features,

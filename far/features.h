@@ -79,8 +79,8 @@ Features with_border(const Topology& topology, Features features);
 std::vector<Tag> to_tags(const Topology& topology, const Features& features);
 
 /// Refuses what a surface of a degree cannot be made of: interior vertices of two faces, over
-/// which no patch can be laid (ValenceTwo), and for even degrees semi-sharp features and smooth
-/// triangles, which they have no rules for (UnsupportedTag).
+/// which no patch can be laid (ValenceTwo), and for even degrees smooth triangles, which they
+/// have no rule for (UnsupportedTag).
 /// \param data  the mesh of the topology, for its lines and tags
 Status check_surface(const MeshData& data, const Topology& topology,
                      const Features& features, int degree);

@@ -331,9 +331,8 @@ private:
         if (kind == FaceKind::Pinned) {
             net_[c.ef_centre()] = {{centre, 1.0}};
         } else if (kind == FaceKind::Spike) {
-            const auto spike =
-                std::ranges::find(level.spikes, f, &std::pair<Index, Index>::first);
-            net_[c.ef_centre()] = {{spike->second, 1.0}};
+            const auto spike = std::ranges::find(level.junctions, f, &Junction::face);
+            net_[c.ef_centre()] = {{spike->point, 1.0}};
         } else if (kind == FaceKind::Dart) {
             for (const Index h : corners_)
                 net_[c.ef_centre()].emplace_back(t.vertex[h], 1.0 / n);

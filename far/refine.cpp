@@ -79,20 +79,38 @@ RefinedLevel part_of(const RefinedLevel& level, const std::vector<bool>& keep,
             part.gap[sub.topology.edge[h]] = true;
         }
     }
-    std::vector<Index> face(level.spikes.empty() ? 0 : level.topology.n_faces(),
+    // Points without faces come with the faces and edges that they are for.
+    const auto take_point = [&](Index point) {
+        sub.topology.vertex_halfedge.push_back(kInvalidIndex);
+        sub.vertices.push_back(point);
+        return sub.topology.n_vertices() - 1;
+    };
+    if (!level.rays.empty()) {
+        for (const Index e : sub.edges) {
+            const Index ray = level.edge_rays[e];
+            part.edge_rays.push_back(kInvalidIndex);
+            if (ray == kInvalidIndex)
+                continue;
+            part.edge_rays.back() = static_cast<Index>(part.rays.size());
+            part.rays.push_back(
+                {take_point(level.rays[ray].point), level.rays[ray].sharpness});
+        }
+    }
+    std::vector<Index> face(level.junctions.empty() ? 0 : level.topology.n_faces(),
                             kInvalidIndex);
     for (Index f = 0; f < sub.faces.size() && !face.empty(); ++f)
         face[sub.faces[f]] = f;
-    for (const auto& [f, vertex] : level.spikes) {
-        if (face[f] == kInvalidIndex)
+    for (const Junction& j : level.junctions) {
+        if (face[j.face] == kInvalidIndex)
             continue;
-        part.spikes.emplace_back(face[f], sub.topology.n_vertices());
-        sub.topology.vertex_halfedge.push_back(kInvalidIndex);
-        sub.vertices.push_back(vertex);
+        part.junctions.push_back(j);
+        part.junctions.back().face = face[j.face];
+        part.junctions.back().point = take_point(j.point);
     }
     select(level.features.vertex_sharpness, sub.vertices, part.features.vertex_sharpness);
     select(level.known, sub.vertices, part.known);
     select(level.point_kinds, sub.vertices, part.point_kinds);
+    select(level.base_sharpness, sub.vertices, part.base_sharpness);
     part.topology = std::move(sub.topology);
     vertices = std::move(sub.vertices);
     halfedges = std::move(sub.halfedges);

@@ -32,14 +32,37 @@ enum class FaceKind : std::uint8_t {
     Plain,
     Border,  ///< half a face: its mirror image completes it; a border curve runs through
     Pinned,  ///< the sector of a face between two border curves that end in its middle
-    Dart,    ///< a crease ends in its middle
+    Dart,    ///< an infinitely sharp crease ends in its middle
     Spike,   ///< the surface is pinned to a point in its middle
+};
+
+/// Even degrees, level 0: what is sharp at a vertex, on all sides of cuts.
+struct BaseSharpness {
+    int n_sharp = 0;           ///< infinitely sharp edges
+    std::vector<double> rays;  ///< sharpness of the semi-sharp ones
+    double vertex_sharpness = 0;
+};
+
+/// Even degrees, levels from 1 on: a semi-sharp crease that crosses an edge in its middle.
+struct Ray {
+    Index point;       ///< of the crease curve there: a vertex without faces
+    double sharpness;  ///< what is left of it
+};
+
+/// Even degrees, levels from 1 on: a face in whose middle creases meet, or a sharp vertex is,
+/// as long as that changes the rules there from level to level.
+struct Junction {
+    Index face;
+    Index point;  ///< in the middle: a vertex without faces
+    int n_sharp;  ///< infinitely sharp edges that meet there
+    double vertex_sharpness;
+    std::vector<double> rays;  ///< sharpness of the others
 };
 
 /// One level of refinement, of the whole mesh or of a part.
 struct RefinedLevel {
     Topology topology;
-    /// Odd degrees: what is left of the sharpness; the border is infinitely sharp.
+    /// Odd degrees and level 0: what is left of the sharpness; the border is infinitely sharp.
     Features features;
     /// From the points of the level above to the points of this one: the tables are applied
     /// one after the other. Kept apart, since their product is larger.
@@ -57,11 +80,13 @@ struct RefinedLevel {
     std::vector<bool> known;
 
     /// Even degrees: infinitely sharp edges are cut, so that all curves are borders.
-    std::vector<Index> base_vertices;  ///< level 0: where each vertex comes from
+    std::vector<Index> base_vertices;           ///< level 0: where each vertex comes from
+    std::vector<BaseSharpness> base_sharpness;  ///< level 0: of each vertex
     std::vector<PointKind> point_kinds;
     std::vector<FaceKind> face_kinds;
-    /// Faces of FaceKind::Spike and the vertices, without faces, of their points.
-    std::vector<std::pair<Index, Index>> spikes;
+    std::vector<Ray> rays;
+    std::vector<Index> edge_rays;  ///< by edge: its ray or kInvalidIndex; empty: none
+    std::vector<Junction> junctions;
 
     bool is_gap(Index edge) const noexcept { return !gap.empty() && gap[edge]; }
     bool is_known(Index vertex) const noexcept { return known.empty() || known[vertex]; }
@@ -83,12 +108,12 @@ struct RefinedLevel {
 /// creases and borders; where sharpness ends on a level, sharp and smooth rules are mixed by
 /// what was left of it. d = 3 is the scheme of OpenSubdiv (DeRose, Kass and Truong 1998), and
 /// a border is refined like the uniform B-spline curve of degree d of its polygon.
-/// Even d: the same for borders and infinitely sharp edges and vertices, as if the surface
-/// went on beyond the border by the point reflection P(-x) = 2 P(0) - P(x): a face that the
-/// border halves has its centroid on the border.
+/// Even d: the same for curves and vertices of their own points, as if the surface went on
+/// beyond a curve by the point reflection P(-x) = 2 P(0) - P(x): a face that a curve halves
+/// has its centroid on the curve, and an edge that it crosses its middle.
 class Refinement {
 public:
-    /// \pre kMinDegree <= degree <= kMaxDegree; even degrees: check_even()
+    /// \pre kMinDegree <= degree <= kMaxDegree; even degrees: check_refinement()
     Refinement(Topology base, int degree, Features features = {});
 
     int degree() const noexcept { return degree_; }

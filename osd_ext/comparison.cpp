@@ -128,7 +128,7 @@ Result<Sums> measure_one_way(const Topology& base, const Features& features,
                              int rate, double unit) {
     std::optional<TessellatedScene> scene;
     Result<TessellatedScene> built =
-        TessellatedScene::build(tessellate(base, {}, rate, to));
+        TessellatedScene::build(tessellate(base, features, rate, to));
     if (built)
         scene.emplace(std::move(*built));
     else if (built.error().code != ErrorCode::NotBuilt)

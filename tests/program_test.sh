@@ -74,7 +74,10 @@ faces=$(grep '^f' cube.obj)
 # ------------------------------------------------------------------ what works
 
 succeeds info.json -- info cube.obj --json info.json
-grep -q '"faces": 6' info.json || fail "info: no face count"
+for line in '"faces": 6' '"closed": true' '"boundary_loops": 0' '"boundary": "edge-only"'; do
+    grep -q "$line" info.json || fail "info: no $line"
+done
+succeeds -- info cube.obj --boundary none
 succeeds refined.off -- subdivide cube.obj --degree 5 --levels 2 --out refined.off
 [[ $(sed -n 2p refined.off | cut -d' ' -f1,2) == "98 96" ]] ||
     fail "subdivide: $(sed -n 2p refined.off), not 98 96"
@@ -90,6 +93,29 @@ succeeds uv_out.obj -- tessellate uv.obj --rate 2 --out uv_out.obj
 [[ $(grep -c '^vt' uv_out.obj) == 54 ]] || fail "tessellate uv.obj: not 9 vt a face"
 succeeds uv_out.glb -- tessellate uv.obj --rate 2 --uv-rule all --out uv_out.glb
 grep -q TEXCOORD_0 uv_out.glb || fail "GLB: no TEXCOORD_0"
+printf '%s\n' "$vertices" "$(sed 1d <<<"$faces")" >box.obj
+succeeds box.off -- subdivide box.obj --boundary none --degree 3 --levels 1 --out box.off
+succeeds box.json box.ply -- tessellate box.obj --degree 4 --rate 2 --out box.ply --json box.json
+grep -q '"facets": 20' box.json || fail "tessellate: $(cat box.json)"  # 5 faces of 4
+succeeds -- info box.obj
+grep -q 'open with 4 boundary edges in 1 loop; ' stdout || fail "info: $(cat stdout)"
+grep -q '^at borders: 4 x 2 (faces)$' stdout || fail "info: $(cat stdout)"
+succeeds box.json -- info box.obj --boundary none --json box.json
+grep -q '"faces_without_surface": 4' box.json || fail "info: $(cat box.json)"
+
+# A rim that is infinitely sharp, a crease and a hole.
+printf '%s\n' "$vertices" "$faces" >sharp.obj
+for edge in '0 1' '1 2' '2 3' '3 0'; do
+    echo "t crease 2/1/0 $edge 10" >>sharp.obj
+done
+printf '%s\n' 't crease 2/1/0 4 5 1.5' 't corner 1/1/0 6 2' 't hole 1/0/0 1' >>sharp.obj
+succeeds sharp.json -- info sharp.obj --json sharp.json
+for line in 'creases: *1 semi-sharp (up to 1.5), 4 infinitely sharp' \
+    'corners: *1 semi-sharp (up to 2)' 'holes: *1' 'bare: *1 faces'; do
+    grep -q "^$line" stdout || fail "info: no $line: $(cat stdout)"
+done
+printf 'face,u,v\n0,0.5,0.5\n1,0.5,0.5\n' >hole.csv
+refuses 1 '^osdx: hole.csv:3: face 1 is a hole' eval sharp.obj --at hole.csv --out x.csv
 printf 'face,u,v\n0,0.5,0.5\n5,0,1\n' >at.csv
 succeeds out.csv -- eval cube.obj --degree 4 --at at.csv --out out.csv
 [[ $(wc -l <out.csv) == 3 && $(sed -n 2p out.csv | tr , '\n' | wc -l) == 26 ]] ||
@@ -99,9 +125,13 @@ grep -q '"dxy"' net.json || fail "patch: no dxy"
 
 if "$osdx" compare cube.obj --rate 2 --json compare.json >stdout 2>stderr; then
     for key in boundary_edges regular distance_rms normal_deg_max gap_max \
-        normal_jump_deg_max curvature_jump_max build points evaluate; do
+        normal_jump_deg_max curvature_jump_max sharp_normal_jump_deg_max sharp_samples \
+        build points evaluate; do
         grep -q "\"$key\"" compare.json || fail "compare: no $key"
     done
+    succeeds sharp_compare.json -- compare sharp.obj --rate 4 --json sharp_compare.json
+    grep -q 'across infinitely sharp edges: .* up to [1-9]' stdout || fail "compare: $(cat stdout)"
+    succeeds -- compare box.obj --rate 4 --boundary edge-and-corner
 else
     grep -q 'built without OpenSubdiv' stderr || fail "compare: $(cat stderr)"
 fi
@@ -121,6 +151,10 @@ refuses 2 'degree' info cube.obj --degree three
 refuses 2 'patch' tessellate cube.obj --patch round --out x.obj
 refuses 2 'patch' compare cube.obj --patch catmark
 refuses 2 'uv-rule' tessellate cube.obj --uv-rule some --out x.obj
+for command in info subdivide eval tessellate compare render; do
+    refuses 2 'boundary' "$command" cube.obj --boundary round
+    "$osdx" "$command" --help | grep -q -- --ignore-tags || fail "$command: no --ignore-tags"
+done
 refuses 2 'unknown|not expected' info cube.obj --unknown
 
 # ------------------------------------------------------------------ bad input
@@ -170,8 +204,22 @@ refuses_mesh nan.obj ':3: vertex 2 ' "$(sed '3s/.*/v 1 nan -1/' <<<"$vertices")"
 refuses_mesh inf.obj ':3: vertex 2 ' "$(sed '3s/.*/v 1 inf -1/' <<<"$vertices")"$'\n'"$faces"
 refuses_surface two.obj ':9: vertex 8 .*two faces' \
     "$vertices"$'\n''v 0 -1 -1'$'\n'"$(sed '1s/.*/f 4 3 2 9 1/; 3s/.*/f 1 9 2 6 5/' <<<"$faces")"
-printf '%s\n' "$vertices"$'\n'"$faces"$'\n''t crease 2/1/0 0 1 2.5' >tag.obj
+printf '%s\n' "$vertices" "$faces" 't crease 2/1/0 0 1 2.5' >tag.obj
+printf "%s\n" "$vertices" "$faces" "t smoothtriangles 0/0/1 smooth" >smooth.obj
+refuses 1 "^osdx: smooth.obj:15: .*'smoothtriangles'" info smooth.obj --degree 4
 succeeds -- info tag.obj --ignore-tags
+grep -q '^tags: .*1 x crease (ignored)$' stdout || fail "info: $(cat stdout)"
+grep -q '^creases:' stdout && fail "info: creases though ignored"
+# Of no effect on a closed mesh, and so on its surface.
+printf '%s\n' "$vertices" "$faces" 't crease 2/1/0 0 1 0' 't interpolateboundary 1/0/0 1' \
+    't creasemethod 0/0/1 chaikin' >inert.obj
+succeeds inert.json -- info inert.obj --json inert.json
+for line in '"boundary": "edge-and-corner"' '"crease_method": "chaikin"' '"holes": 0'; do
+    grep -q "$line" inert.json || fail "info: no $line"
+done
+grep -q '^method: *chaikin$' stdout || fail "info: $(cat stdout)"
+succeeds inert.json -- info inert.obj --boundary none --json inert.json
+grep -q '"boundary": "none"' inert.json || fail "info: --boundary has no effect"
 refuses_mesh words.obj ':2: ' "v 0 0 0"$'\n''v one two three'
 
 printf 'face,u,v\n6,0,0\n' >far.csv

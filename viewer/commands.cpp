@@ -26,49 +26,8 @@
 namespace osdx {
 namespace {
 
-Json histogram(const std::map<Index, Index>& counts) {
-    Json j = Json::object();
-    for (const auto& [key, count] : counts)
-        j[std::to_string(key)] = count;
-    return j;
-}
-
-std::string one_line(const Json& histogram) {
-    std::string s;
-    for (const auto& [key, count] : histogram.items())
-        s += fmt::format("{}{} x {}", s.empty() ? "" : ", ", count.get<Index>(), key);
-    return s.empty() ? "none" : s;
-}
-
-Json mesh_report(const Topology& t) {
-    return {{"vertices", t.n_vertices()},
-            {"faces", t.n_faces()},
-            {"boundary_edges", std::ranges::count(t.twin, kInvalidIndex)}};
-}
-
-Index count_components(const Topology& t) {
-    std::vector<bool> seen(t.n_faces(), false);
-    std::vector<Index> stack;
-    Index n = 0;
-    for (Index start = 0; start < t.n_faces(); ++start) {
-        if (seen[start])
-            continue;
-        ++n;
-        seen[start] = true;
-        stack.push_back(start);
-        while (!stack.empty()) {
-            const Index f = stack.back();
-            stack.pop_back();
-            for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h) {
-                const Index g = t.face[t.twin[h]];
-                if (!seen[g]) {
-                    seen[g] = true;
-                    stack.push_back(g);
-                }
-            }
-        }
-    }
-    return n;
+const char* plural(std::int64_t n) {
+    return n == 1 ? "" : "s";
 }
 
 /// What `compare` measures of one surface; used by `demo` for its table.
@@ -89,7 +48,9 @@ struct Measures {
                   {"normal_jump_deg_max", continuity.normal_jump_deg_max},
                   {"curvature_jump_max", continuity.curvature_jump_max},
                   {"curvature_max", continuity.curvature_max},
-                  {"samples", continuity.n_samples}}}};
+                  {"samples", continuity.n_samples},
+                  {"sharp_normal_jump_deg_max", continuity.sharp_normal_jump_deg_max},
+                  {"sharp_samples", continuity.n_sharp_samples}}}};
     }
 };
 
@@ -186,38 +147,32 @@ Status info_command(const CommandOptions& options) {
         return job.error();
     const Topology& t = job->surface.base();
     const PatchTable& patches = job->surface.patches();
+    // As tags, before the border is taken as what it is.
+    const Result<Features> features = build_features(
+        job->mesh, t, {.ignore_tags = options.ignore_tags, .boundary = options.boundary});
+    if (!features)
+        return in_file(features.error(), options.input);
 
-    std::map<Index, Index> valences, sizes, levels, tags_seen;
-    for (Index v = 0; v < t.n_vertices(); ++v) {
-        if (t.vertex_halfedge[v] != kInvalidIndex)
-            ++valences[t.valence(v)];
+    std::map<Index, Index> levels;
+    std::set<Index> control_points;
+    for (Index p = 0; p < patches.n_patches(); ++p) {
+        const PatchRef patch = patches.patch(p);
+        ++levels[static_cast<Index>(patch.level)];
+        control_points.insert(patch.points.begin(), patch.points.end());
     }
-    for (Index f = 0; f < t.n_faces(); ++f)
-        ++sizes[t.face_size(f)];
-    for (Index p = 0; p < patches.n_patches(); ++p)
-        ++levels[static_cast<Index>(patches.patch(p).level)];
     Json tags = Json::object();
     for (const Tag& tag : job->mesh.tags)
         tags[tag.name] = tags.value(tag.name, 0) + 1;
-
-    std::set<Index> control_points;
-    for (Index p = 0; p < patches.n_patches(); ++p)
-        control_points.insert(patches.patch(p).points.begin(),
-                              patches.patch(p).points.end());
-
     const auto unused = job->surface.unused_vertices();
-    const Index components = count_components(t);
-    const long long euler = static_cast<long long>(t.n_vertices()) -
-                            static_cast<long long>(unused.size()) - t.n_edges +
-                            t.n_faces();
-    Json mesh = mesh_report(t);
-    mesh["edges"] = t.n_edges;
-    mesh["components"] = components;
-    mesh["euler"] = euler;
-    mesh["valences"] = histogram(valences);
-    mesh["face_sizes"] = histogram(sizes);
+    Index n_bare = 0;
+    for (Index f = 0; f < t.n_faces(); ++f)
+        n_bare += !patches.has_surface(f);
+
+    Json mesh = mesh_details(t);
     mesh["unused_vertices"] = std::vector<Index>(unused.begin(), unused.end());
     mesh["tags"] = tags;
+    mesh["features"] = feature_report(*features);
+    mesh["faces_without_surface"] = n_bare;
     const Json report = {{"mesh", mesh},
                          {"degree", options.degree},
                          {"refinement_levels", patches.n_levels() - 1},
@@ -227,20 +182,31 @@ Status info_command(const CommandOptions& options) {
     if (const Status s = write_report(options, report); !s)
         return s;
 
-    fmt::print(
-        "{} vertices, {} edges, {} faces, closed; {} component{}, Euler number {}\n",
-        t.n_vertices(), t.n_edges, t.n_faces(), components, components == 1 ? "" : "s",
-        euler);
+    const bool closed = mesh["closed"].get<bool>();
+    const auto components = mesh["components"].get<Index>(),
+               loops = mesh["boundary_loops"].get<Index>();
+    const std::string border =
+        closed ? "closed"
+               : fmt::format("open with {} boundary edges in {} loop{}",
+                             mesh["boundary_edges"].get<Index>(), loops, plural(loops));
+    fmt::print("{} vertices, {} edges, {} faces, {}; {} component{}, Euler number {}\n",
+               t.n_vertices(), t.n_edges, t.n_faces(), border, components,
+               plural(components), mesh["euler"].get<long long>());
     fmt::print("valences:   {}\n", one_line(mesh["valences"]));
+    if (!closed)
+        fmt::print("at borders: {} (faces)\n", one_line(mesh["boundary_valences"]));
     fmt::print("face sizes: {}\n", one_line(mesh["face_sizes"]));
     fmt::print("tags:       {}{}\n", one_line(tags),
                options.ignore_tags && !tags.empty() ? " (ignored)" : "");
+    fmt::print("{}", feature_lines(mesh["features"], closed));
+    if (n_bare > 0)
+        fmt::print("bare:       {} faces without surface\n", n_bare);
     if (!unused.empty()) {
         fmt::print("unused:     {} vertices that no face uses, the first is {}\n",
                    unused.size(), unused[0]);
     }
     fmt::print("degree {}: {} level{} of refinement, {} control points\n", options.degree,
-               patches.n_levels() - 1, patches.n_levels() == 2 ? "" : "s",
+               patches.n_levels() - 1, plural(patches.n_levels() - 1),
                control_points.size());
     fmt::print("patches:    {}\n", patch_summary(patches));
     fmt::print("by level:   {}\n", one_line(report["patches_by_level"]));
@@ -376,6 +342,12 @@ Status compare_command(const CommandOptions& options) {
         "curvature "
         "jump {:.1e} of the largest\n",
         c.gap_max, c.normal_jump_deg_max, c.curvature_jump_max));
+    if (c.n_sharp_samples > 0) {
+        progress.print(
+            fmt::format("across infinitely sharp edges: angles between normals up to "
+                        "{:.1f} degrees\n",
+                        c.sharp_normal_jump_deg_max));
+    }
     return ok();
 }
 

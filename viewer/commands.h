@@ -3,15 +3,21 @@
 
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "far/face_varying.h"
 #include "far/features.h"
 #include "far/result.h"
 
 namespace osdx {
+
+/// On the command line and in reports, in the order of BoundaryRule.
+inline constexpr std::array<std::string_view, 3> kBoundaryRuleNames = {
+    "none", "edge-only", "edge-and-corner"};
 
 /// Options of the subcommands, as the command line gives them.
 struct CommandOptions {

@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <map>
 #include <ostream>
 
 #include "osd_ext/comparison.h"
@@ -39,8 +38,9 @@ Result<Job> load_job(const CommandOptions& options) {
     if (!mesh)
         return in_file(mesh.error(), options.input);
     Stopwatch watch;
-    Result<Surface> surface = Surface::build(
-        *mesh, {.degree = options.degree, .ignore_tags = options.ignore_tags});
+    Result<Surface> surface = Surface::build(*mesh, {.degree = options.degree,
+                                                     .ignore_tags = options.ignore_tags,
+                                                     .boundary = options.boundary});
     if (!surface)
         return in_file(surface.error(), options.input);
     Job job{std::move(*mesh), std::move(*surface), std::nullopt, watch.lap()};
@@ -62,45 +62,6 @@ Status write_report(const CommandOptions& options, const Json& report) {
         return ok();
     return write_file(options.json,
                       [&](std::ostream& out) { out << report.dump(2) << '\n'; });
-}
-
-Json patch_counts(const PatchTable& table) {
-    Index regular = 0;
-    std::map<int, Index> ev, ef;
-    for (Index i = 0; i < table.n_patches(); ++i) {
-        const PatchClass& c = table.class_of(i);
-        switch (c.kind) {
-            case PatchKind::Regular:
-                ++regular;
-                break;
-            case PatchKind::EV:
-                ++ev[c.n_sectors];
-                break;
-            case PatchKind::EF:
-                ++ef[c.n_sectors];
-                break;
-        }
-    }
-    const auto by_sides = [](const std::map<int, Index>& counts) {
-        Json j = Json::object();
-        for (const auto& [n, count] : counts)
-            j[std::to_string(n)] = count;
-        return j;
-    };
-    return {{"regular", regular},
-            {"ev", by_sides(ev)},
-            {"ef", by_sides(ef)},
-            {"gregory", Json::object()}};
-}
-
-std::string patch_summary(const PatchTable& table) {
-    const Json counts = patch_counts(table);
-    std::string s = fmt::format("{} regular", counts["regular"].get<Index>());
-    for (const auto& [key, name] : {std::pair("ev", "EV"), std::pair("ef", "EF")}) {
-        for (const auto& [n, count] : counts[key].items())
-            s += fmt::format(", {} {}({})", count.get<Index>(), name, n);
-    }
-    return s;
 }
 
 }  // namespace osdx

@@ -4,16 +4,14 @@
 #pragma once
 
 #include <chrono>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "osd_ext/limit_surface.h"
 #include "osd_ext/surface.h"
 #include "viewer/commands.h"
+#include "viewer/report.h"
 
 namespace osdx {
-
-using Json = nlohmann::ordered_json;
 
 /// The error with the file, and the line where there is one, before its message.
 Error in_file(Error error, const std::filesystem::path& file);
@@ -38,12 +36,6 @@ Status written(Status status, const std::filesystem::path& file);
 
 /// Writes the report where --json asks for it.
 Status write_report(const CommandOptions& options, const Json& report);
-
-/// {"regular": k, "ev": {"5": k, ...}, "ef": {...}, "gregory": {}}
-Json patch_counts(const PatchTable& table);
-
-/// "96 regular, 8 EV(3), 16 EV(5)"
-std::string patch_summary(const PatchTable& table);
 
 class Stopwatch {
 public:

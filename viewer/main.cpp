@@ -4,10 +4,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <exception>
 #include <functional>
-#include <map>
 #include <string>
+#include <vector>
 
 #include "far/types.h"
 #include "osd_ext/limit_surface.h"
@@ -39,17 +40,16 @@ struct Parser {
         sub->add_option("MESH", options.input, "an OBJ, OFF or PLY file")->required();
         sub->add_flag("--ignore-tags", options.ignore_tags,
                       "take the mesh as if it had no tags (creases, corners, holes)");
-    }
-    void boundary(CLI::App* sub) {
-        static const std::map<std::string, osdx::BoundaryRule> kRules{
-            {"none", osdx::BoundaryRule::None},
-            {"edge-only", osdx::BoundaryRule::EdgeOnly},
-            {"edge-and-corner", osdx::BoundaryRule::EdgeAndCorner}};
-        sub->add_option("--boundary", options.boundary,
-                        "none: no surface at the border; edge-only: border curves; "
-                        "edge-and-corner: pinned to corners too [the mesh's tag, or "
-                        "edge-only]")
-            ->transform(CLI::CheckedTransformer(kRules));
+        const auto& rules = osdx::kBoundaryRuleNames;
+        sub->add_option_function<std::string>(
+               "--boundary",
+               [this, &rules](const std::string& name) {
+                   const auto at = std::ranges::find(rules, name) - rules.begin();
+                   options.boundary = static_cast<osdx::BoundaryRule>(at);
+               },
+               "none: no surface at the border; edge-only: border curves; "
+               "edge-and-corner: pinned to corners too [the mesh's tag, or edge-only]")
+            ->check(CLI::IsMember(std::vector<std::string>(rules.begin(), rules.end())));
     }
     void degree(CLI::App* sub) {
         sub->add_option("--degree", options.degree, "of the B-splines")
@@ -97,7 +97,6 @@ void define(Parser& p) {
     CLI::App* subdivide =
         p.add("subdivide", "refine a mesh uniformly", osdx::subdivide_command);
     p.mesh(subdivide);
-    p.boundary(subdivide);
     p.degree(subdivide);
     subdivide->add_option("--levels", p.options.levels, "refinement steps")
         ->check(CLI::Range(0, 12))

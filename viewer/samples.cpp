@@ -142,7 +142,8 @@ bool parse_field(std::string_view& line, char end, T& value) {
 }
 
 Result<std::vector<Address>> read_addresses(const std::filesystem::path& file,
-                                            Index n_faces) {
+                                            const PatchTable& patches) {
+    const Index n_faces = patches.base().n_faces();
     std::ifstream in(file);
     if (!in)
         return in_file(fail(ErrorCode::FileUnreadable, "the file cannot be opened"),
@@ -176,6 +177,13 @@ Result<std::vector<Address>> read_addresses(const std::filesystem::path& file,
             return in_file(
                 fail(ErrorCode::IndexOutOfRange,
                      fmt::format("there is no face {}: the mesh has {}", a.face, n_faces),
+                     a.face, line),
+                file);
+        }
+        if (!patches.has_surface(a.face)) {
+            return in_file(
+                fail(ErrorCode::IndexOutOfRange,
+                     fmt::format("face {} is a hole: there is no surface", a.face),
                      a.face, line),
                 file);
         }
@@ -214,7 +222,8 @@ Status eval_command(const CommandOptions& options) {
     if (!job)
         return job.error();
     const Topology& base = job->surface.base();
-    const Result<std::vector<Address>> at = read_addresses(options.at, base.n_faces());
+    const Result<std::vector<Address>> at =
+        read_addresses(options.at, job->surface.patches());
     if (!at)
         return at.error();
     progress.stage("evaluating");
