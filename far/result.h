@@ -28,6 +28,7 @@ enum class ErrorCode : std::uint8_t {
     UnsupportedTag,     ///< a tag changes the surface in a way that is not supported
     ValenceTwo,         ///< an interior vertex has two faces only, which surfaces refuse
     NotIsolated,        ///< no refinement makes the surroundings of a face regular
+    NoTexcoords,        ///< the mesh has no texture coordinates
     InvalidOption,      ///< an option is outside the range that its comment states
     DeviceFailure,      ///< Embree refused the request
     NotBuilt,           ///< the library was built without the part that this needs

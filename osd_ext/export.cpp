@@ -82,23 +82,30 @@ private:
 
 // ---- Vertices of formats with one index ----
 
-/// Facet corners that agree in all of their indices, as one vertex; in the order of the
-/// points, and without those of no facet.
+bool has_texcoords(const Tessellation& t) {
+    return !t.facet_texcoords.empty();
+}
+
+/// Facet corners that agree in their point, normal and, where `with_texcoords`, texture
+/// coordinate, as one vertex; in the order of the points, and without those of no facet.
 struct MergedCorners {
     std::vector<std::size_t> corners;  ///< of each vertex: one of its corners
     std::vector<Index> vertices;       ///< of each corner
 };
 
 /// \pre check_shapes(t)
-MergedCorners merge_corners(const Tessellation& t) {
+MergedCorners merge_corners(const Tessellation& t, bool with_texcoords) {
+    const auto differ = [&](std::size_t a, std::size_t b) {
+        return t.facet_normals[a] != t.facet_normals[b] ||
+               (with_texcoords && t.facet_texcoords[a] != t.facet_texcoords[b]);
+    };
     // A list for each point: `next` of a vertex is another vertex of its point.
     std::vector<Index> first(t.positions.size(), kInvalidIndex), next;
     MergedCorners found;
     found.vertices.resize(t.facet_points.size());
     for (std::size_t c = 0; c < t.facet_points.size(); ++c) {
         Index* v = &first[t.facet_points[c]];
-        while (*v != kInvalidIndex &&
-               t.facet_normals[found.corners[*v]] != t.facet_normals[c])
+        while (*v != kInvalidIndex && differ(found.corners[*v], c))
             v = &next[*v];
         if (*v == kInvalidIndex) {
             *v = static_cast<Index>(next.size());
@@ -157,14 +164,18 @@ Status check_shapes(const Tessellation& t) {
     if (t.facet_faces.size() != t.facet_sizes.size() ||
         t.facet_points.size() != sum(t.facet_sizes) ||
         t.facet_normals.size() != t.facet_points.size() ||
-        t.facet_uvs.size() != t.facet_points.size()) {
+        t.facet_uvs.size() != t.facet_points.size() ||
+        (has_texcoords(t) && t.facet_texcoords.size() != t.facet_points.size())) {
         return fail(ErrorCode::SizeMismatch,
                     "the arrays of the tessellation do not match in length");
     }
     if (Status status = check_indices(t.facet_points, "point", t.positions.size());
         !status)
         return status;
-    return check_indices(t.facet_normals, "normal", t.normals.size());
+    if (Status status = check_indices(t.facet_normals, "normal", t.normals.size());
+        !status)
+        return status;
+    return check_indices(t.facet_texcoords, "texture coordinate", t.texcoords.size());
 }
 
 /// Whether the positions fit into floats; not if one is nan or infinite.
@@ -202,8 +213,9 @@ Status check_glb(const Tessellation& t) {
         return status;
     // The lengths in the file are 32 bits wide. The headers take about 1 kB.
     constexpr std::uint64_t kMax = kMax32 - 4096;
+    const std::uint64_t n_vertices = merge_corners(t, has_texcoords(t)).corners.size();
     const std::uint64_t n_bytes =
-        24 * std::uint64_t{merge_corners(t).corners.size()} + 12 * n_triangles(t);
+        (has_texcoords(t) ? 32 : 24) * n_vertices + 12 * n_triangles(t);
     if (n_bytes > kMax) {
         return fail(ErrorCode::WriteFailed,
                     fmt::format("{} bytes of data are too many for GLB", n_bytes));
@@ -266,12 +278,13 @@ void write_obj(std::ostream& stream, const Tessellation& t) {
         out.text("v {} {} {}\n", p.x, p.y, p.z);
     for (const Vec3<double>& n : t.normals)
         out.text("vn {} {} {}\n", n.x, n.y, n.z);
-    for (const Vec2<double>& uv : t.facet_uvs)
+    for (const Vec2<double>& uv : has_texcoords(t) ? t.texcoords : t.facet_uvs)
         out.text("vt {} {}\n", uv.x, uv.y);
     for_each_facet(t, [&](Index, std::size_t first, std::size_t end) {
         out.text("f");
         for (std::size_t c = first; c < end; ++c) {
-            out.text(" {}/{}/{}", std::uint64_t{t.facet_points[c]} + 1, c + 1,
+            out.text(" {}/{}/{}", std::uint64_t{t.facet_points[c]} + 1,
+                     has_texcoords(t) ? std::size_t{t.facet_texcoords[c]} + 1 : c + 1,
                      std::uint64_t{t.facet_normals[c]} + 1);
         }
         out.text("\n");
@@ -279,12 +292,12 @@ void write_obj(std::ostream& stream, const Tessellation& t) {
 }
 
 void write_ply(std::ostream& stream, const Tessellation& t) {
-    const MergedCorners merged = merge_corners(t);
+    const MergedCorners merged = merge_corners(t, false);
     Output out(stream);
     out.text(
         "ply\n"
         "format binary_little_endian 1.0\n"
-        "comment texcoord: u v of each corner in the face base_face of the base mesh\n"
+        "comment texcoord: {}\n"
         "element vertex {}\n"
         "property double x\nproperty double y\nproperty double z\n"
         "property float nx\nproperty float ny\nproperty float nz\n"
@@ -293,6 +306,8 @@ void write_ply(std::ostream& stream, const Tessellation& t) {
         "property uint base_face\n"
         "property list uchar float texcoord\n"
         "end_header\n",
+        has_texcoords(t) ? "texture coordinates of each corner"
+                         : "u v of each corner in the face base_face of the base mesh",
         merged.corners.size(), t.facet_sizes.size());
     for (const std::size_t c : merged.corners) {
         for (int k = 0; k < 3; ++k)
@@ -307,8 +322,10 @@ void write_ply(std::ostream& stream, const Tessellation& t) {
         out.bytes(t.facet_faces[i]);
         out.bytes(static_cast<std::uint8_t>(2 * n));
         for (std::size_t c = first; c < end; ++c) {
-            out.bytes(static_cast<float>(t.facet_uvs[c].x));
-            out.bytes(static_cast<float>(t.facet_uvs[c].y));
+            const Vec2<double>& uv =
+                has_texcoords(t) ? t.texcoords[t.facet_texcoords[c]] : t.facet_uvs[c];
+            out.bytes(static_cast<float>(uv.x));
+            out.bytes(static_cast<float>(uv.y));
         }
     });
 }
@@ -395,8 +412,20 @@ void add_vectors(tinygltf::Model& model, std::span<const Vec3<double>> vectors) 
     accessor.maxValues = {upper.x, upper.y, upper.z};
 }
 
+/// glTF's texture coordinates run from the upper left, those of meshes from the lower left.
+void add_texcoords(tinygltf::Model& model, const Tessellation& t,
+                   const MergedCorners& merged) {
+    for (const std::size_t c : merged.corners) {
+        const Vec2<double>& uv = t.texcoords[t.facet_texcoords[c]];
+        append_bytes(model.buffers[0].data, static_cast<float>(uv.x));
+        append_bytes(model.buffers[0].data, static_cast<float>(1 - uv.y));
+    }
+    end_view(model, TINYGLTF_TARGET_ARRAY_BUFFER, TINYGLTF_COMPONENT_TYPE_FLOAT,
+             TINYGLTF_TYPE_VEC2, merged.corners.size());
+}
+
 tinygltf::Model make_model(const Tessellation& t) {
-    const MergedCorners merged = merge_corners(t);
+    const MergedCorners merged = merge_corners(t, has_texcoords(t));
     const Triangles tris = triangle_corners(t);
     tinygltf::Model model;
     model.asset.version = "2.0";
@@ -408,6 +437,8 @@ tinygltf::Model make_model(const Tessellation& t) {
         positions.push_back(t.positions[t.facet_points[c]]);
     add_vectors(model, positions);
     add_vectors(model, unit_normals(t, tris, merged));
+    if (has_texcoords(t))
+        add_texcoords(model, t, merged);
     for (const std::array<Index, 3>& triangle : tris) {
         for (const Index c : triangle)
             append_bytes(model.buffers[0].data, merged.vertices[c]);
@@ -422,7 +453,9 @@ tinygltf::Model make_model(const Tessellation& t) {
 
     tinygltf::Primitive primitive;
     primitive.attributes = {{"POSITION", 0}, {"NORMAL", 1}};
-    primitive.indices = 2;
+    if (has_texcoords(t))
+        primitive.attributes["TEXCOORD_0"] = 2;
+    primitive.indices = static_cast<int>(model.accessors.size()) - 1;
     primitive.material = 0;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
     model.meshes.emplace_back().primitives.push_back(primitive);

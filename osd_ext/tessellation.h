@@ -16,8 +16,9 @@ namespace osdx {
 
 /// The surface as a watertight mesh of small facets, each inside one base face.
 ///
-/// Shapes: positions, addresses n_points; normals n_normals; facet_sizes and facet_faces
-/// n_facets; facet_points, facet_normals and facet_uvs sum of facet_sizes.
+/// Shapes: positions, addresses n_points; normals n_normals; texcoords n_texcoords;
+/// facet_sizes and facet_faces n_facets; facet_points, facet_normals, facet_uvs and
+/// facet_texcoords sum of facet_sizes. The two for texture coordinates may be empty.
 ///
 /// A point that faces share is stored once, evaluated from its first face, so the facets on
 /// all sides have it equal to the bit. A normal is that of one side of the sharp edges at its
@@ -33,6 +34,11 @@ struct Tessellation {
     std::vector<Index> facet_points;      ///< corners, counter-clockwise
     std::vector<Index> facet_normals;     ///< of each corner
     std::vector<Vec2<double>> facet_uvs;  ///< (u, v) of each corner in facet_faces[i]
+
+    /// Of the mesh's own texture coordinates (TextureSurface::add_to). Corners at a point
+    /// share one unless a seam lies between them.
+    std::vector<Vec2<double>> texcoords;
+    std::vector<Index> facet_texcoords;  ///< of each corner
 };
 
 /// A surface over the faces of a base mesh, with derivatives in (u, v). Called from several

@@ -384,6 +384,66 @@ TEST_F(Export, PlyAndGlbHaveAVertexForEachSide) {
         EXPECT_EQ(take<Index>(index), corners[c]);
 }
 
+/// The house with a roof that is apart from its wall in the texture, at point 3 only.
+Tessellation house_with_texture() {
+    Tessellation t = house();
+    t.texcoords = {{0, 0}, {0.5, 0}, {0.5, 0.25}, {0, 0.25}, {0.25, 0.75}, {1.0 / 3, 1}};
+    t.facet_texcoords = {0, 1, 2, 3, 5, 2, 4};
+    return t;
+}
+
+TEST_F(Export, ObjNamesTextureCoordinates) {
+    const Tessellation t = house_with_texture();
+    ASSERT_TRUE(write_tessellation(folder_ / "house.obj", t));
+    const auto mesh = read_mesh(folder_ / "house.obj");
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    EXPECT_EQ(mesh->face_vertices, t.facet_points);
+    EXPECT_EQ(mesh->uvs, t.texcoords);
+    EXPECT_EQ(mesh->face_uvs, t.facet_texcoords);
+}
+
+TEST_F(Export, PlyHoldsTextureCoordinatesOfCorners) {
+    const Tessellation t = house_with_texture();
+    ASSERT_TRUE(write_tessellation(folder_ / "house.ply", t));
+    const auto mesh = read_mesh(folder_ / "house.ply");
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    EXPECT_EQ(mesh->face_vertices, t.facet_points);  // no vertex is doubled for them
+    const std::string text = content(folder_ / "house.ply");
+    std::string_view bytes = text;
+    // The triangle, from the end: four bytes for each number, one for each count.
+    bytes.remove_prefix(text.size() - 6 * 4);
+    for (const Index i : {5, 2, 4}) {
+        EXPECT_EQ(take<float>(bytes), static_cast<float>(t.texcoords[i].x));
+        EXPECT_EQ(take<float>(bytes), static_cast<float>(t.texcoords[i].y));
+    }
+}
+
+TEST_F(Export, GlbHoldsTextureCoordinatesOfVertices) {
+    const Tessellation t = house_with_texture();
+    ASSERT_TRUE(write_tessellation(folder_ / "house.glb", t));
+    const Glb glb = read_glb(folder_ / "house.glb");
+    const nlohmann::json& primitive = glb.json["meshes"][0]["primitives"][0];
+    ASSERT_EQ(glb.json["accessors"].size(), 4u);
+    const auto accessor = primitive["attributes"]["TEXCOORD_0"].get<std::size_t>();
+    EXPECT_EQ(glb.json["accessors"][accessor]["type"], "VEC2");
+    EXPECT_EQ(glb.json["accessors"][accessor]["componentType"], 5126);  // float
+    EXPECT_EQ(glb.json["accessors"][accessor]["count"], 6u);
+    EXPECT_EQ(glb.json["bufferViews"][accessor]["target"], 34962);  // vertices
+    // In the order of the points; point 3 twice.
+    std::string_view bytes = glb.data(accessor);
+    for (const Index i : {0, 1, 2, 3, 5, 4}) {
+        EXPECT_EQ(take<float>(bytes), static_cast<float>(t.texcoords[i].x));
+        EXPECT_EQ(take<float>(bytes), static_cast<float>(1 - t.texcoords[i].y));
+    }
+    bytes = glb.data(primitive["attributes"]["POSITION"].get<std::size_t>());
+    bytes.remove_prefix(3 * 12);
+    const Vec3<float> once = take_vector(bytes);
+    EXPECT_EQ(once, take_vector(bytes));
+    bytes = glb.data(primitive["indices"].get<std::size_t>());
+    for (const Index expected : {0, 1, 2, 0, 2, 3, 4, 2, 5})
+        EXPECT_EQ(take<Index>(bytes), expected);
+}
+
 TEST_F(Export, StlHoldsTrianglesWithTheirNormals) {
     const Tessellation t = house();
     ASSERT_TRUE(write_tessellation(folder_ / "house.stl", t));
@@ -492,6 +552,8 @@ TEST_F(Export, RefusesTessellationsAgainstTheirShapes) {
     refuse(SizeMismatch, [](Tessellation& t) { t.facet_faces.pop_back(); });
     refuse(SizeMismatch, [](Tessellation& t) { t.facet_uvs.pop_back(); });
     refuse(IndexOutOfRange, [](Tessellation& t) { t.facet_points[3] = 5; });
+    refuse(SizeMismatch, [](Tessellation& t) { t.facet_texcoords = {0, 0}; });
+    refuse(IndexOutOfRange, [](Tessellation& t) { t.facet_texcoords = t.facet_points; });
     EXPECT_EQ(n_files(), 0);
 }
 

@@ -159,6 +159,7 @@ TEST(PictureNames, ParseToTheirShades) {
     EXPECT_EQ(parse_shade("gauss"), Shade::Gauss);
     EXPECT_EQ(parse_shade("patches"), Shade::Patches);
     EXPECT_EQ(parse_shade("distance"), Shade::Distance);
+    EXPECT_EQ(parse_shade("checker"), Shade::Checker);
     for (const char* wrong : {"", "Phong", "phong ", "pho", "curvature"})
         EXPECT_EQ(parse_shade(wrong), std::nullopt) << wrong;
 }
@@ -534,6 +535,56 @@ TEST_F(Picture, PatchesHaveTheirColours) {
 }
 
 // To the left and right, or below and above, the same patch ends at to_edge and not before.
+/// The sphere with x and y, times `scale`, as texture coordinates.
+PictureInput projected_texture(const Sphere& sphere, double scale) {
+    PictureInput input = sphere.input();
+    input.texture = [&sphere, scale](const QuarterPoint& at) {
+        const auto s = sphere(at);
+        const auto uv = [&](const Vec& v) { return scale * Vec2<double>(v.x, v.y); };
+        return TextureJet{uv(s.p), uv(s.du), uv(s.dv)};
+    };
+    return input;
+}
+
+// Seen from above, x and y are told by the pixel: cells of an even sum are light.
+TEST_F(Picture, CheckerShowsTheTextureCoordinates) {
+    const Sphere sphere;
+    PictureOptions o = small(Shade::Checker);
+    o.elevation_deg = 90;
+    const Image image = render(projected_texture(sphere, 0.5), o);
+    const SphereView view(o);
+    int n_light = 0, n_dark = 0;
+    for (int y = 0; y < o.height; ++y) {
+        for (int x = 0; x < o.width; ++x) {
+            if (view.radius(x, y) > 0.8)
+                continue;
+            const Vec n = view.normal(x, y);
+            const double u = 4 * n.x, v = 4 * n.y;  // in cells
+            const auto inside = [](double c) {
+                return std::abs(c - std::floor(c) - 0.5) < 0.3;
+            };
+            if (!inside(u) || !inside(v))
+                continue;
+            const bool light = (int(std::floor(u)) + int(std::floor(v))) % 2 == 0;
+            (light ? n_light : n_dark) += 1;
+            const Color& c = image.at(x, y);
+            EXPECT_EQ(std::max({c.x, c.y, c.z}) > 128, light) << x << " " << y;
+        }
+    }
+    EXPECT_GT(n_light, 300);
+    EXPECT_GT(n_dark, 300);
+}
+
+// Squares below the size of a pixel become an even grey-brown, not a moire.
+TEST_F(Picture, FineCheckerIsEven) {
+    const Sphere sphere;
+    PictureOptions o = small(Shade::Checker);
+    o.elevation_deg = 90;
+    const Image image = render(projected_texture(sphere, 1000), o);
+    for (int x = 30; x < 66; ++x)
+        EXPECT_LE(difference(image.at(x, 36), image.at(x + 1, 36)), 10) << x;
+}
+
 TEST(PictureInput, KnowsTheDistanceToPatchEdges) {
     std::mt19937 random(42);
     std::uniform_real_distribution<double> uniform(0.01, 0.99);
@@ -695,6 +746,7 @@ TEST(PictureErrors, NameTheReason) {
              with([](PictureOptions& p) { p.shade = Shade::Distance; }),
          })
         expect_error(input, o, ErrorCode::InvalidOption);
+    expect_error(input, small(Shade::Checker), ErrorCode::NoTexcoords);
 
     const Topology empty;
     PictureInput nothing = input;

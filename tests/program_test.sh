@@ -85,6 +85,14 @@ for extension in obj ply stl glb; do
     succeeds "out.$extension" -- tessellate cube.obj --rate 4 --out "out.$extension"
 done
 [[ $(stat -c %s out.stl) == $((84 + 50 * 6 * 16 * 2)) ]] || fail "STL: wrong size"
+{
+    printf '%s\n' "$vertices" 'vt 0 0' 'vt 1 0' 'vt 1 1' 'vt 0 1'
+    awk '{ print "f " $2 "/1 " $3 "/2 " $4 "/3 " $5 "/4" }' <<<"$faces"
+} >uv.obj
+succeeds uv_out.obj -- tessellate uv.obj --rate 2 --out uv_out.obj
+[[ $(grep -c '^vt' uv_out.obj) == 54 ]] || fail "tessellate uv.obj: not 9 vt a face"
+succeeds uv_out.glb -- tessellate uv.obj --rate 2 --uv-rule all --out uv_out.glb
+grep -q TEXCOORD_0 uv_out.glb || fail "GLB: no TEXCOORD_0"
 printf '%s\n' "$vertices" "$(sed 1d <<<"$faces")" >box.obj
 succeeds box.off -- subdivide box.obj --boundary none --degree 3 --levels 1 --out box.off
 succeeds box.json box.ply -- tessellate box.obj --degree 4 --rate 2 --out box.ply --json box.json
@@ -127,6 +135,8 @@ if "$osdx" compare cube.obj --rate 2 --json compare.json >stdout 2>stderr; then
 else
     grep -q 'built without OpenSubdiv' stderr || fail "compare: $(cat stderr)"
 fi
+"$osdx" render uv.obj --size 64 48 --shade checker --out checker.png 2>stderr ||
+    grep -q 'built without Embree' stderr || fail "render checker: $(cat stderr)"
 for shade in phong normals reflection mean gauss patches; do
     "$osdx" render cube.obj --size 64 48 --shade "$shade" --out "$shade.png" 2>stderr ||
         grep -q 'built without Embree' stderr || fail "render $shade: $(cat stderr)"
@@ -140,6 +150,7 @@ refuses 2 'degree' info cube.obj --degree 1
 refuses 2 'degree' info cube.obj --degree three
 refuses 2 'patch' tessellate cube.obj --patch round --out x.obj
 refuses 2 'patch' compare cube.obj --patch catmark
+refuses 2 'uv-rule' tessellate cube.obj --uv-rule some --out x.obj
 for command in info subdivide eval tessellate compare render; do
     refuses 2 'boundary' "$command" cube.obj --boundary round
     "$osdx" "$command" --help | grep -q -- --ignore-tags || fail "$command: no --ignore-tags"
@@ -217,6 +228,7 @@ printf 'face,u\n' >head.csv
 refuses 1 '^osdx: head.csv:1: ' eval cube.obj --at head.csv --out x.csv
 echo '{"kind": "EV", "n": 5, "d": 3, "control": [], "samples": []}' >net_bad.json
 refuses 1 '^osdx: net_bad.json: .*31 points' patch net_bad.json --out x.json
+refuses 1 '^osdx: cube.obj: .*texture coordinates' render cube.obj --shade checker --out x.png
 refuses 1 'patch|built without' render cube.obj --patch catmark --shade patches --out x.png
 refuses 1 'x.step' tessellate cube.obj --out x.step
 refuses 1 'nowhere' tessellate cube.obj --out nowhere/x.obj

@@ -17,6 +17,7 @@
 #include "osd_ext/comparison.h"
 #include "osd_ext/continuity.h"
 #include "osd_ext/export.h"
+#include "osd_ext/texture.h"
 #include "viewer/demo_mesh.h"
 #include "viewer/job.h"
 #include "viewer/picture.h"
@@ -74,6 +75,19 @@ Result<Measures> measure(Job& job, const LimitSurface& limit, int rate,
         return distance.error();
     m.limit = *distance;
     return m;
+}
+
+/// The texture coordinates of a job's mesh, over the same faces as its surface.
+Result<TextureSurface> load_texture(const Job& job, const CommandOptions& options) {
+    Result<TextureSurface> texture =
+        TextureSurface::build(job.mesh,
+                              {.degree = options.degree,
+                               .ignore_tags = options.ignore_tags,
+                               .boundary = options.boundary},
+                              options.uv_rule);
+    if (!texture)
+        return in_file(texture.error(), options.input);
+    return texture;
 }
 
 /// The picture input of a job. The limit surface has no patches of ours to show.
@@ -245,10 +259,15 @@ Status tessellate_command(const CommandOptions& options) {
         return job.error();
     progress.stage("evaluating");
     Stopwatch watch;
-    const Tessellation t =
-        tessellate(job->surface.base(), job->surface.patches().features(), options.rate,
-                   job->function());
+    Tessellation t = tessellate(job->surface.base(), job->surface.patches().features(),
+                                options.rate, job->function());
     const double seconds = watch.lap();
+    if (!job->mesh.face_uvs.empty()) {
+        const Result<TextureSurface> texture = load_texture(*job, options);
+        if (!texture)
+            return texture.error();
+        texture->add_to(t, options.rate);
+    }
     progress.stage("writing");
     if (const Status s = written(write_tessellation(options.out, t), options.out); !s)
         return s;
@@ -346,6 +365,14 @@ Status render_command(const CommandOptions& options) {
             return in_file(built.error(), options.input);
         limit.emplace(std::move(*built));
         show_distance(input, job->surface, *limit, job->diagonal());
+    }
+    std::optional<TextureSurface> texture;
+    if (options.shade == "checker") {
+        Result<TextureSurface> built = load_texture(*job, options);
+        if (!built)
+            return built.error();
+        texture.emplace(std::move(*built));
+        input.texture = [&](const QuarterPoint& q) { return texture->evaluate(q); };
     }
     input.title = fmt::format("{}, degree {}", options.input.filename().string(),
                               options.patch == "catmark" ? 3 : options.degree);

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "far/face_varying.h"
 #include "far/features.h"
 #include "far/result.h"
 
@@ -33,7 +34,8 @@ struct CommandOptions {
     int isolation = 8;
     int width = 960, height = 720;
     bool ignore_tags = false;
-    std::optional<BoundaryRule> boundary;  ///< instead of the mesh's tag
+    std::optional<BoundaryRule> boundary;    ///< instead of the mesh's tag
+    std::optional<FaceVaryingRule> uv_rule;  ///< instead of the mesh's tag
     std::optional<double> range;
     double azimuth = 35, elevation = 25;
 };

@@ -62,6 +62,20 @@ struct Parser {
             ->check(CLI::IsMember({"multisided", "catmark"}))
             ->capture_default_str();
     }
+    void uv_rule(CLI::App* sub) {
+        using enum osdx::FaceVaryingRule;
+        static const std::map<std::string, osdx::FaceVaryingRule> kRules{
+            {"none", None},
+            {"corners-only", CornersOnly},
+            {"corners-plus1", CornersPlus1},
+            {"corners-plus2", CornersPlus2},
+            {"boundaries", Boundaries},
+            {"all", All}};
+        sub->add_option("--uv-rule", options.uv_rule,
+                        "where texture coordinates are linear, as OpenSubdiv's "
+                        "FVAR_LINEAR: none to all [the mesh's tag, or all]")
+            ->transform(CLI::CheckedTransformer(kRules));
+    }
     void out(CLI::App* sub, const std::string& help) {
         sub->add_option("--out", options.out, help)->required()->take_last();
     }
@@ -108,6 +122,7 @@ void define(Parser& p) {
     p.degree(tessellate);
     p.patch(tessellate);
     p.rate(tessellate, 1);
+    p.uv_rule(tessellate);
     p.out(tessellate, "OBJ, PLY, STL or GLB");
 
     CLI::App* compare =
@@ -132,6 +147,7 @@ void define(Parser& p) {
     p.mesh(render);
     p.degree(render);
     p.patch(render);
+    p.uv_rule(render);
     p.out(render, "a PNG file");
     render
         ->add_option_function<std::vector<int>>(

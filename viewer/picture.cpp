@@ -654,6 +654,8 @@ private:
                 return faint(*hit) * map(value(*hit));
             case Shade::Patches:
                 return patches(*hit);
+            case Shade::Checker:
+                return checker(*hit);
         }
         return {};
     }
@@ -704,34 +706,96 @@ private:
         return 0.62 + 0.38 * facing;
     }
 
-    /// Change of the mirrored direction over one sample to the right and one down.
-    /// Source: Igehy, Tracing ray differentials (1999), with the normal's change from the
-    /// second derivatives (Weingarten).
-    std::array<Vec, 2> mirrored_steps(const Hit& hit) const noexcept {
+    /// Change of the ray's direction, and of the point where it meets the tangent plane, over
+    /// one sample.
+    struct Step {
+        Vec direction, point;
+    };
+
+    /// To the right and down.
+    /// Source: Igehy, Tracing ray differentials (1999).
+    std::array<Step, 2> ray_steps(const Hit& hit) const noexcept {
         const Vec &d = hit.direction, &n = hit.normal;
-        const Vec &u = hit.jet.du, &v = hit.jet.dv;
         const double cosine = std::min(glm::dot(d, n), -1e-3);
-        const double E = glm::dot(u, u), F = glm::dot(u, v), G = glm::dot(v, v);
-        const double L = glm::dot(n, hit.jet.duu), M = glm::dot(n, hit.jet.duv),
-                     N = glm::dot(n, hit.jet.dvv), det = E * G - F * F;
         // d is (direction of Camera) / length, whose part along -back is 1.
         const double step = -camera_.pixel / o_.samples * glm::dot(d, camera_.back);
-        std::array<Vec, 2> result;
+        std::array<Step, 2> result;
         for (int axis = 0; axis < 2; ++axis) {
             const Vec side = axis == 0 ? camera_.right : -camera_.up;
             const Vec dd = step * (side - glm::dot(d, side) * d);
-            const Vec dp = hit.t * (dd - glm::dot(dd, n) / cosine * d);
+            result[axis] = {dd, hit.t * (dd - glm::dot(dd, n) / cosine * d)};
+        }
+        return result;
+    }
+
+    /// A vector of the tangent plane as steps along du and dv; zero where these are parallel.
+    static Vec2<double> in_uv(const SurfaceJet<double>& jet, const Vec& dp) noexcept {
+        const Vec &u = jet.du, &v = jet.dv;
+        const double E = glm::dot(u, u), F = glm::dot(u, v), G = glm::dot(v, v);
+        const double pu = glm::dot(dp, u), pv = glm::dot(dp, v), det = E * G - F * F;
+        if (!(det > 0))
+            return {0, 0};
+        return {(G * pu - F * pv) / det, (E * pv - F * pu) / det};
+    }
+
+    /// Change of the mirrored direction over one sample to the right and one down, with the
+    /// normal's change from the second derivatives (Weingarten).
+    std::array<Vec, 2> mirrored_steps(const Hit& hit) const noexcept {
+        const Vec &d = hit.direction, &n = hit.normal;
+        const Vec &u = hit.jet.du, &v = hit.jet.dv;
+        const double E = glm::dot(u, u), F = glm::dot(u, v), G = glm::dot(v, v);
+        const double L = glm::dot(n, hit.jet.duu), M = glm::dot(n, hit.jet.duv),
+                     N = glm::dot(n, hit.jet.dvv), det = E * G - F * F;
+        const std::array<Step, 2> steps = ray_steps(hit);
+        std::array<Vec, 2> result;
+        for (int axis = 0; axis < 2; ++axis) {
+            const auto& [dd, dp] = steps[axis];
             Vec dn(0);
             if (hit.regular && det > 0) {
-                const double pu = glm::dot(dp, u), pv = glm::dot(dp, v);
-                const double a = (G * pu - F * pv) / det, b = (E * pv - F * pu) / det;
-                const double nu = -(L * a + M * b), nv = -(M * a + N * b);
+                const Vec2<double> uv = in_uv(hit.jet, dp);
+                const double nu = -(L * uv.x + M * uv.y), nv = -(M * uv.x + N * uv.y);
                 dn = (G * nu - F * nv) / det * u + (E * nv - F * nu) / det * v;
             }
             result[axis] = dd - 2.0 * (glm::dot(d, n) * dn +
                                        (glm::dot(dd, n) + glm::dot(d, dn)) * n);
         }
         return result;
+    }
+
+    /// The mean, over the width, of the square wave that is 1 on the first half of each whole
+    /// number.
+    static double square_wave(double at, double width) noexcept {
+        const auto integral = [](double s) {
+            const double whole = std::floor(s);
+            return 0.5 * whole + std::min(s - whole, 0.5);
+        };
+        width = std::min(width, 1e6);
+        return (integral(at + 0.5 * width) - integral(at - 0.5 * width)) / width;
+    }
+
+    Vec checker(const Hit& hit) const {
+        constexpr double n_cells = 8;
+        const TextureJet uv = input_.texture(hit.at);
+        Vec2<double> width(1e-6);  // of a sample, in pairs of cells; never zero
+        for (const Step& step : ray_steps(hit)) {
+            const Vec2<double> steps = in_uv(hit.jet, step.point);
+            const Vec2<double> change =
+                glm::abs(steps.x * uv.du + steps.y * uv.dv) * (0.5 * n_cells);
+            if (std::isfinite(change.x) && std::isfinite(change.y))
+                width += change;
+        }
+        const auto wave = [&](int k) {
+            return 2 * square_wave(0.5 * n_cells * uv.p[k], width[k]) - 1;
+        };
+        const double light = 0.5 + 0.5 * wave(0) * wave(1);
+        // Tiles that are smaller than a sample have their mean colour.
+        const Vec2<double> in_tile =
+            glm::mix(glm::fract(uv.p), Vec2<double>(0.5),
+                     glm::min(width * (2 / n_cells), Vec2<double>(1)));
+        const Vec tint = glm::mix(
+            glm::mix(Vec(0.62, 0.64, 0.70), Vec(0.88, 0.42, 0.26), in_tile.x),
+            glm::mix(Vec(0.26, 0.66, 0.40), Vec(0.92, 0.80, 0.30), in_tile.x), in_tile.y);
+        return lit(hit) * std::lerp(0.16, 1.0, light) * tint;
     }
 
     /// Ring-shaped light tubes, parallel to each other about the camera's up axis: black and
@@ -753,17 +817,16 @@ private:
             if (std::isfinite(change))
                 width += change * n_tubes / std::numbers::pi;
         }
-        // Integral of the square wave that is 1 on the first half of each period.
-        const auto integral = [](double s) {
-            const double whole = std::floor(s);
-            return 0.5 * whole + std::min(s - whole, 0.5);
-        };
-        width = std::min(width, 1e6);
-        const double lit =
-            (integral(at + 0.5 * width) - integral(at - 0.5 * width)) / width;
+        const double light = square_wave(at, width);
         const double facing = -glm::dot(hit.normal, hit.direction);
-        return glm::mix(Vec(0.012, 0.014, 0.02), Vec(0.92, 0.93, 0.95), lit) *
+        return glm::mix(Vec(0.012, 0.014, 0.02), Vec(0.92, 0.93, 0.95), light) *
                (0.55 + 0.45 * facing);
+    }
+
+    /// Of matt colours.
+    double lit(const Hit& hit) const {
+        const double key = std::max(0.0, glm::dot(hit.normal, towards(-0.4, 0.6, 0.7)));
+        return 0.30 + 0.30 * -glm::dot(hit.normal, hit.direction) + 0.42 * key;
     }
 
     Vec patches(const Hit& hit) const {
@@ -788,8 +851,7 @@ private:
             std::clamp(0.5 + (half_width - distance) * o_.samples / pixel, 0.0, 1.0);
         if (std::isfinite(line))
             color = glm::mix(color, to_linear(Vec(38, 40, 48)), 0.85 * line);
-        const double key = std::max(0.0, glm::dot(hit.normal, towards(-0.4, 0.6, 0.7)));
-        return color * (0.30 + 0.30 * -glm::dot(hit.normal, hit.direction) + 0.42 * key);
+        return color * lit(hit);
     }
 
     // ---- Legend ----
@@ -903,6 +965,9 @@ Status check(const PictureInput& input, const PictureOptions& o) {
         return fail(ErrorCode::InvalidOption, "this surface has no patches to show");
     if (o.shade == Shade::Distance && !input.distance)
         return fail(ErrorCode::InvalidOption, "there is no surface to be distant from");
+    if (o.shade == Shade::Checker && !input.texture)
+        return fail(ErrorCode::NoTexcoords,
+                    "the mesh has no texture coordinates to show");
     return ok();
 }
 

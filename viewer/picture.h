@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "osd_ext/surface.h"
+#include "osd_ext/texture.h"
 #include "viewer/image.h"
 
 namespace osdx {
@@ -25,11 +26,13 @@ enum class Shade : std::uint8_t {
     Gauss,       ///< Gauss curvature times the square of the diagonal
     Patches,     ///< kind and level of the patches, and their edges
     Distance,    ///< to another surface, over the diagonal
+    Checker,  ///< eight by eight squares in each unit of the texture coordinates, redder
+              ///< along u and greener along v
 };
 
 /// Names of the shades, in their order.
-inline constexpr std::array<std::string_view, 7> kShadeNames = {
-    "phong", "normals", "reflection", "mean", "gauss", "patches", "distance"};
+inline constexpr std::array<std::string_view, 8> kShadeNames = {
+    "phong", "normals", "reflection", "mean", "gauss", "patches", "distance", "checker"};
 
 std::optional<Shade> parse_shade(std::string_view name);
 
@@ -63,9 +66,10 @@ struct PictureInput {
     std::vector<PatchGroup> patch_groups;  ///< the legend of Shade::Patches
     /// For Shade::Distance; already divided by the diagonal.
     std::function<double(const SurfaceJet<double>&, const QuarterPoint&)> distance;
+    std::function<TextureJet(const QuarterPoint&)> texture;  ///< for Shade::Checker
 };
 
-/// Everything but title and distance. \pre the surface outlives it, unmoved
+/// Everything but title, distance and texture. \pre the surface outlives it, unmoved
 PictureInput picture_input(const Surface& surface);
 
 enum class UpAxis : std::uint8_t { X, Y, Z };
@@ -90,7 +94,8 @@ struct PictureOptions {
 /// of the surface there. "Diagonal" is that of the bounding box of the surface.
 ///
 /// Threads: goes wide; the result does not depend on their number.
-/// \return InvalidOption, also for a shade that the input has no function for; EmptyMesh;
+/// \return InvalidOption, also for a shade that the input has no function for (NoTexcoords for
+///         Shade::Checker); EmptyMesh;
 ///         NonFinitePoint (with the face); what TessellatedScene::build returns: NotBuilt
 ///         without Embree
 Result<Image> render_picture(const PictureInput& input,
