@@ -142,6 +142,9 @@ struct PatchTableOptions {
     /// neighbours like all others, but inside it errs from the limit surface by about
     /// 4^-isolation of the curvature of the mesh there.
     int isolation = 6;
+    /// Refines pinned vertices of several faces like that, too. Their patches are exact on the
+    /// border, but inside run at a pace of their own, which shows in texture coordinates.
+    bool isolate_corners = false;
 };
 
 /// Covers the surface with patches, each at the coarsest level at which its neighbourhood

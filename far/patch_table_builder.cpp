@@ -31,6 +31,7 @@ public:
     PatchTableBuilder(Topology base, Features features, const PatchTableOptions& options)
         : degree_(options.degree),
           isolation_(options.isolation),
+          isolate_corners_(options.isolate_corners),
           refinement_(base, options.degree, features) {
         table_.degree_ = degree_;
         table_.n_base_points_ = base.n_vertices();
@@ -197,7 +198,9 @@ private:
     void lay_patches() {
         const Topology& t = topology();
         for (const IrregularFan& fan : mesh_->irregular_fans()) {
-            if (fan.exact || level_ >= isolation_)
+            const bool waits =
+                !fan.exact || (isolate_corners_ && fan.border == PatchBorder::Pinned);
+            if (!waits || level_ >= isolation_)
                 lay_vertex_patch(fan);
         }
         for (Index f = 0; f < t.n_faces(); ++f) {
@@ -258,7 +261,8 @@ private:
         if (level_ == 0 && t.face_size(f) == 3 && level.features.smooth_triangles)
             return;  // refinement treats them in a way of its own
         const bool exact = kind != FaceKind::Dart && kind != FaceKind::Spike;
-        if (!exact && level_ < isolation_)
+        const bool waits = !exact || (isolate_corners_ && kind == FaceKind::Pinned);
+        if (waits && level_ < isolation_)
             return;
         PatchClass c{PatchKind::EF, degree_, 0, PatchBorder::None};
         if (kind == FaceKind::Border)
@@ -578,6 +582,7 @@ private:
     }
 
     int degree_, isolation_;
+    bool isolate_corners_;
     Refinement refinement_;
     PatchTable table_;
     std::map<PatchClass, Index> class_index_;

@@ -89,17 +89,17 @@ void Surface::add_base_weights(const Address& where, int r, double scale,
     }
 }
 
-SurfaceFunction Surface::function() const {
-    return [this](const QuarterPoint& p) {
-        return evaluator_->evaluate<double>(points_, p);
+SurfaceFunction Surface::function(Chart chart) const {
+    return [this, chart](const QuarterPoint& p) {
+        return evaluator_->evaluate<double>(points_, p, chart);
     };
 }
 
 Tessellation Surface::tessellate(int rate) const {
-    return osdx::tessellate(base(), table_->features(), rate,
-                            [this](const QuarterPoint& p) {
-                                return evaluator_->evaluate<double, 1>(points_, p);
-                            });
+    return osdx::tessellate(
+        base(), table_->features(), rate, [this](const QuarterPoint& p) {
+            return evaluator_->evaluate<double, 1>(points_, p, Chart::Native);
+        });
 }
 
 }  // namespace osdx

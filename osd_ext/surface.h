@@ -73,8 +73,10 @@ public:
     void add_base_weights(const Address& where, int r, double scale,
                           std::span<double> weights) const;
 
-    /// The surface as a function, with all derivatives. \pre the surface outlives it, unmoved
-    SurfaceFunction function() const;
+    /// The surface as a function, with all derivatives. Chart::Native gives normals and
+    /// curvature also where (u, v) is singular, at smooth border vertices of one face.
+    /// \pre the surface outlives it, unmoved
+    SurfaceFunction function(Chart chart = Chart::BaseUV) const;
 
     /// \pre rate >= 1
     Tessellation tessellate(int rate) const;

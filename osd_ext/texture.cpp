@@ -48,7 +48,7 @@ Result<TextureSurface> TextureSurface::build(const MeshData& data,
         !status)
         return status.error();
     Result<PatchTable> table =
-        build_patch_table(c.topology, c.features, {.degree = options.degree});
+        build_patch_table(c.topology, c.features, {.degree = options.degree, .isolation = 4, .isolate_corners = true});
     if (!table)
         return table.error();
     s.table_ = std::make_unique<const PatchTable>(std::move(*table));

@@ -26,9 +26,9 @@ struct TextureJet {
 /// quarter of another polygon between its corner, the middles of its edges and the centroid.
 /// The other rules evaluate a surface of the same degree over the texture coordinates, by
 /// patches on their own topology. So the texture follows the points of the surface as the
-/// mesh's own coordinates would, but for faces beside pinned vertices of several faces
-/// (rule Boundaries: all vertices of seams): there lie multisided patches, which go through
-/// the texture at a pace of their own, where the surface may have regular ones.
+/// mesh's own coordinates would. Multisided patches go through the texture at a pace of their
+/// own: those at pinned vertices of several faces (rule Boundaries: all vertices of seams) are
+/// laid on the fourth level of refinement only, PatchTableOptions::isolate_corners.
 ///
 /// Threads: const members may run at the same time.
 class TextureSurface {

@@ -121,6 +121,22 @@ Status write_picture(const PictureInput& input, PictureOptions options, Shade sh
     return written(write_png(file, *image), file);
 }
 
+void drop_unused_vertices(MeshData& mesh) {
+    std::vector<Index> number(mesh.positions.size(), kInvalidIndex);
+    for (const Index v : mesh.face_vertices)
+        number[v] = 0;
+    Index n = 0;
+    for (Index v = 0; v < number.size(); ++v) {
+        if (number[v] == kInvalidIndex)
+            continue;
+        mesh.positions[n] = mesh.positions[v];
+        number[v] = n++;
+    }
+    mesh.positions.resize(n);
+    for (Index& v : mesh.face_vertices)
+        v = number[v];
+}
+
 Status make_folder(const std::filesystem::path& folder) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
@@ -242,6 +258,8 @@ Status subdivide_command(const CommandOptions& options) {
     const RefinedLevel& last = refinement.level(options.levels);
     MeshData refined = to_mesh_data(last.topology, refinement.points(data->positions));
     refined.tags = to_tags(last.topology, last.features);
+    if (options.degree % 2 == 0 && options.levels > 0)
+        drop_unused_vertices(refined);  // points of creases between the faces
     progress.stage("writing");
     if (const Status s = written(write_mesh(options.out, refined), options.out); !s)
         return s;
@@ -260,7 +278,7 @@ Status tessellate_command(const CommandOptions& options) {
     progress.stage("evaluating");
     Stopwatch watch;
     Tessellation t = tessellate(job->surface.base(), job->surface.patches().features(),
-                                options.rate, job->function());
+                                options.rate, job->function(Chart::Native));
     const double seconds = watch.lap();
     if (!job->mesh.face_uvs.empty()) {
         const Result<TextureSurface> texture = load_texture(*job, options);

@@ -20,8 +20,8 @@ Error in_file(Error error, const std::filesystem::path& file) {
     return error;
 }
 
-SurfaceFunction Job::function() const {
-    return limit ? surface_function(surface.base(), *limit) : surface.function();
+SurfaceFunction Job::function(Chart chart) const {
+    return limit ? surface_function(surface.base(), *limit) : surface.function(chart);
 }
 
 double Job::diagonal() const {

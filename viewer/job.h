@@ -23,8 +23,8 @@ struct Job {
     std::optional<LimitSurface> limit;  ///< for --patch catmark
     double seconds_build = 0;
 
-    /// Of the patch family that was asked for.
-    SurfaceFunction function() const;
+    /// Of the patch family that was asked for; the limit knows no chart but (u, v).
+    SurfaceFunction function(Chart chart = Chart::BaseUV) const;
     double diagonal() const;
     /// With the features of the surface. \pre the surface outlives it
     Result<LimitSurface> build_limit(int isolation) const;

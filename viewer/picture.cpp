@@ -985,7 +985,7 @@ PictureInput picture_input(const Surface& surface) {
     const PatchTable& table = surface.patches();
     input.base = &surface.base();
     input.features = &table.features();
-    input.surface = surface.function();
+    input.surface = surface.function(Chart::Native);
     input.patch = [&table](const QuarterPoint& at) {
         const PatchPoint p = table.locate(at);
         const PatchClass& c = table.class_of(p.patch);

@@ -227,14 +227,16 @@ Status eval_command(const CommandOptions& options) {
     if (!at)
         return at.error();
     progress.stage("evaluating");
-    const SurfaceFunction surface = job->function();
+    const SurfaceFunction surface = job->function(),
+                          native = job->function(Chart::Native);
     const Status s = write_file(options.out, [&](std::ostream& out) {
         out << "face,u,v,x,y,z,dux,duy,duz,dvx,dvy,dvz,duux,duuy,duuz,duvx,duvy,duvz,"
                "dvvx,dvvy,dvvz,nx,ny,nz,mean,gauss\n";
         for (const Address& a : *at) {
-            const SurfaceJet<double> jet = surface(to_quarter(base, a));
-            const Vec3<double> n = normal(jet);
-            const Curvature<double> c = curvature(jet);
+            const QuarterPoint q = to_quarter(base, a);
+            const SurfaceJet<double> jet = surface(q), in_chart = native(q);
+            const Vec3<double> n = normal(in_chart);
+            const Curvature<double> c = curvature(in_chart);
             out << fmt::format("{},{:.17g},{:.17g}", a.face, a.u, a.v);
             for (const auto& v : {jet.p, jet.du, jet.dv, jet.duu, jet.duv, jet.dvv, n})
                 out << fmt::format(",{:.17g},{:.17g},{:.17g}", v.x, v.y, v.z);
