@@ -631,7 +631,7 @@ TEST(PictureInput, HasNoEdgesInsideOfMultisidedPatches) {
     ASSERT_TRUE(cube);
     const PatchLook look = picture_input(*cube).patch({5, 0.1, 0.4});
     EXPECT_EQ(look.kind, PatchKind::EV);
-    EXPECT_EQ(look.n_sides, 3);
+    EXPECT_EQ(look.n_sectors, 3);
     const int turns = quarter_turns(cube->base(), 5);
     EXPECT_NEAR(turns % 2 == 0 ? look.to_edge.x : look.to_edge.y, 0.45, 1e-12);
     EXPECT_NEAR(turns % 2 == 0 ? look.to_edge.y : look.to_edge.x, 0.3, 1e-12);
@@ -645,16 +645,17 @@ TEST(PictureInput, GroupsAllPatches) {
     Index sum = 0;
     bool has_pentagons = false, has_levels = false;
     for (const PatchGroup& g : input.patch_groups) {
-        SCOPED_TRACE(testing::Message() << int(g.kind) << " " << g.n_sides);
+        SCOPED_TRACE(testing::Message() << int(g.kind) << " " << g.n_sectors);
         Index expected = 0;
         for (Index i = 0; i < table.n_patches(); ++i) {
             const PatchClass& c = table.class_of(i);
-            expected += c.kind == g.kind && c.n_sectors == g.n_sides &&
+            expected += c.kind == g.kind && c.border == g.border &&
+                        c.n_sectors == g.n_sectors &&
                         (c.kind != PatchKind::Regular || table.patch(i).level == g.level);
         }
         EXPECT_EQ(g.n_patches, expected);
         sum += g.n_patches;
-        has_pentagons |= g.kind != PatchKind::Regular && g.n_sides == 5;
+        has_pentagons |= g.kind != PatchKind::Regular && g.n_sectors == 5;
         has_levels |= g.kind == PatchKind::Regular && g.level > 0;
     }
     EXPECT_EQ(sum, table.n_patches());

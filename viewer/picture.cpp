@@ -18,6 +18,7 @@
 #include <tuple>
 
 #include "osd_ext/ray_scene.h"
+#include "viewer/report.h"
 
 namespace osdx {
 namespace {
@@ -66,21 +67,24 @@ constexpr std::array<Vec, 7> kDiverging = {{{24, 48, 128},
 constexpr std::array<Vec, 5> kSequential = {
     {{246, 246, 240}, {186, 221, 142}, {58, 168, 142}, {46, 98, 152}, {62, 16, 92}}};
 
-Vec group_color(PatchKind kind, int n_sides, int level) noexcept {
-    constexpr std::array<Vec, 5> regular = {{{214, 216, 220},
+Vec group_color(PatchKind kind, int n_sectors, int level) noexcept {
+    constexpr std::array<Vec, 8> regular = {{{214, 216, 220},
                                              {172, 193, 222},
                                              {128, 163, 210},
                                              {90, 132, 192},
-                                             {62, 102, 166}}};
+                                             {62, 102, 166},
+                                             {46, 78, 136},
+                                             {34, 56, 106},
+                                             {24, 38, 80}}};
     // By n: 3, 5, 6, 7, more.
     constexpr std::array<Vec, 5> ev = {
         {{250, 214, 90}, {242, 148, 62}, {222, 92, 66}, {188, 58, 92}, {136, 44, 104}}};
     constexpr std::array<Vec, 5> ef = {
         {{186, 220, 120}, {112, 190, 108}, {52, 152, 104}, {24, 118, 100}, {16, 84, 84}}};
-    const int by_n = n_sides <= 4 ? 0 : std::min(n_sides - 4, 4);
+    const int by_n = n_sectors <= 4 ? 0 : std::min(n_sectors - 4, 4);
     switch (kind) {
         case PatchKind::Regular:
-            return to_linear(regular[std::clamp(level, 0, 4)]);
+            return to_linear(regular[std::clamp(level, 0, 7)]);
         case PatchKind::EV:
             return to_linear(ev[by_n]);
         case PatchKind::EF:
@@ -90,15 +94,10 @@ Vec group_color(PatchKind kind, int n_sides, int level) noexcept {
 }
 
 std::string group_name(const PatchGroup& g) {
-    switch (g.kind) {
-        case PatchKind::Regular:
-            return fmt::format("regular level {}: {}", g.level, g.n_patches);
-        case PatchKind::EV:
-            return fmt::format("EV {}: {}", g.n_sides, g.n_patches);
-        case PatchKind::EF:
-            return fmt::format("EF {}: {}", g.n_sides, g.n_patches);
-    }
-    return {};
+    if (g.kind == PatchKind::Regular)
+        return fmt::format("regular level {}: {}", g.level, g.n_patches);
+    return fmt::format("{} {}: {}", patch_name(g.kind, g.border), g.n_sectors,
+                       g.n_patches);
 }
 
 // ---- Camera ----
@@ -831,7 +830,7 @@ private:
 
     Vec patches(const Hit& hit) const {
         const PatchLook look = input_.patch(hit.at);
-        Vec color = group_color(look.kind, look.n_sides, look.level);
+        Vec color = group_color(look.kind, look.n_sectors, look.level);
         color *= 0.92 + 0.16 * (hash_to_unit(look.patch) - 0.5);
         const double pixel = camera_.pixel * hit.t;
         // A step in u moves the line u = const by |du x dv| / |dv|; the eye sees these
@@ -921,7 +920,7 @@ private:
             for (const PatchGroup& g : row) {
                 fill_box(image, {x, y, x + 8 * s, y + 8 * s}, kInk);
                 fill_box(image, {x + 1, y + 1, x + 8 * s - 1, y + 8 * s - 1},
-                         to_color(0.92 * group_color(g.kind, g.n_sides, g.level)));
+                         to_color(0.92 * group_color(g.kind, g.n_sectors, g.level)));
                 draw_text(image, x + row_height, y, group_name(g), s, kInk);
                 x += width(g) + gap;
             }
@@ -999,15 +998,15 @@ PictureInput picture_input(const Surface& surface) {
             std::swap(look.to_edge.x, look.to_edge.y);
         return look;
     };
-    std::map<std::tuple<PatchKind, int, int>, Index> counts;
+    std::map<std::tuple<PatchKind, PatchBorder, int, int>, Index> counts;
     for (Index i = 0; i < table.n_patches(); ++i) {
         const PatchClass& c = table.class_of(i);
         const int level = c.kind == PatchKind::Regular ? table.patch(i).level : 0;
-        ++counts[{c.kind, c.n_sectors, level}];
+        ++counts[{c.kind, c.border, c.n_sectors, level}];
     }
     for (const auto& [key, count] : counts) {
-        const auto& [kind, n_sides, level] = key;
-        input.patch_groups.push_back({kind, n_sides, level, count});
+        const auto& [kind, border, n_sectors, level] = key;
+        input.patch_groups.push_back({kind, border, n_sectors, level, count});
     }
     return input;
 }

@@ -36,11 +36,12 @@ inline constexpr std::array<std::string_view, 8> kShadeNames = {
 
 std::optional<Shade> parse_shade(std::string_view name);
 
-/// Patches that share a colour: all EV patches of n sides, all EF patches of n sides, or all
-/// regular patches of a level.
+/// Patches that share a name: all regular patches of a level, or all patches of another kind,
+/// border and number of sectors.
 struct PatchGroup {
     PatchKind kind = PatchKind::Regular;
-    int n_sides = 4;
+    PatchBorder border = PatchBorder::None;
+    int n_sectors = 4;
     int level = 0;  ///< 0 unless regular
     Index n_patches = 0;
 };
@@ -48,7 +49,7 @@ struct PatchGroup {
 /// The patch under a point, as Shade::Patches shows it.
 struct PatchLook {
     PatchKind kind = PatchKind::Regular;
-    int n_sides = 4;
+    int n_sectors = 4;
     int level = 0;
     Index patch = 0;  ///< neighbours of a kind differ a little in brightness by it
     /// Steps in u and in v of the base face to the nearest edges of the patch.

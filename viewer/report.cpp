@@ -103,23 +103,32 @@ constexpr std::array kGroups = {
     ReportGroup{PatchKind::EF, PatchBorder::Spike, "ef_spike", "spiked EF"},
 };
 
+const ReportGroup& group_of(PatchKind kind, PatchBorder border) {
+    const auto group = std::ranges::find_if(kGroups, [&](const ReportGroup& g) {
+        return g.kind == kind && g.border == border;
+    });
+    assert(group != kGroups.end());
+    return *group;
+}
+
 /// By group and number of sectors, which is 0 where it is not told.
 std::array<std::map<Index, Index>, kGroups.size()> count_patches(
     const PatchTable& table) {
     std::array<std::map<Index, Index>, kGroups.size()> counts;
     for (Index i = 0; i < table.n_patches(); ++i) {
         const PatchClass& c = table.class_of(i);
-        const auto group = std::ranges::find_if(kGroups, [&](const ReportGroup& g) {
-            return g.kind == c.kind && g.border == c.border;
-        });
-        assert(group != kGroups.end());
-        ++counts[group - kGroups.begin()]
-                [group->by_sectors() ? static_cast<Index>(c.n_sectors) : 0];
+        const ReportGroup& group = group_of(c.kind, c.border);
+        ++counts[&group - kGroups.data()]
+                [group.by_sectors() ? static_cast<Index>(c.n_sectors) : 0];
     }
     return counts;
 }
 
 }  // namespace
+
+std::string_view patch_name(PatchKind kind, PatchBorder border) {
+    return group_of(kind, border).name;
+}
 
 Json histogram(const std::map<Index, Index>& counts) {
     Json j = Json::object();
