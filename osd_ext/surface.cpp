@@ -26,8 +26,9 @@ Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& optio
     if (const Status s = check_surface(data, topology, *features, options.degree); !s)
         return s.error();
 
-    Result<PatchTable> table = build_patch_table(
-        std::move(topology), std::move(*features), {.degree = options.degree});
+    Result<PatchTable> table =
+        build_patch_table(std::move(topology), std::move(*features),
+                          {.degree = options.degree, .isolation = options.isolation});
     if (!table)
         return table.error();
 

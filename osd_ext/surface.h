@@ -19,6 +19,7 @@ namespace osdx {
 struct SurfaceOptions {
     int degree = 3;            ///< of the B-splines; kMinDegree to kMaxDegree
     bool ignore_tags = false;  ///< take the mesh as if it had no tags
+    int isolation = 6;         ///< level of the ends of creases; see PatchTableOptions
     std::optional<BoundaryRule> boundary =
         {};  ///< instead of the mesh's tag, or EdgeOnly
 };
