@@ -20,12 +20,12 @@ struct SurfaceOptions {
     int degree = 3;            ///< of the B-splines; kMinDegree to kMaxDegree
     bool ignore_tags = false;  ///< take the mesh as if it had no tags
     int isolation = 6;         ///< level of the ends of creases; see PatchTableOptions
-    std::optional<BoundaryRule> boundary =
-        {};  ///< instead of the mesh's tag, or EdgeOnly
+    /// Instead of the mesh's tag, or EdgeOnly.
+    std::optional<BoundaryRule> boundary = {};
 };
 
-/// A smooth surface over a polygon mesh, closed or open, with creases, corners and holes: regular B-spline patches, and one multisided
-/// patch over each extraordinary region.
+/// A smooth surface over a polygon mesh, closed or open, with creases, corners and holes:
+/// regular B-spline patches, and one multisided patch over each extraordinary region.
 ///
 /// Build it once per connectivity; set_positions() moves the same mesh. All of it is linear
 /// in the positions.
