@@ -47,8 +47,9 @@ Result<TextureSurface> TextureSurface::build(const MeshData& data,
     if (const Status status = check_surface(data, c.topology, c.features, options.degree);
         !status)
         return status.error();
-    Result<PatchTable> table =
-        build_patch_table(c.topology, c.features, {.degree = options.degree, .isolation = 4, .isolate_corners = true});
+    Result<PatchTable> table = build_patch_table(
+        c.topology, c.features,
+        {.degree = options.degree, .isolation = 4, .isolate_corners = true});
     if (!table)
         return table.error();
     s.table_ = std::make_unique<const PatchTable>(std::move(*table));
