@@ -33,10 +33,7 @@ std::array<double, 2 * kMaxDegree> extended_coefficients(int d) {
 }  // namespace
 
 PatchBasis::PatchBasis(const PatchClass& patch_class)
-    : class_(patch_class),
-      n_(patch_class.n_polygon()),
-      n_ribbons_(n_),
-      d_(patch_class.degree) {
+    : class_(patch_class), n_(patch_class.n_polygon()), d_(patch_class.degree) {
     const bool ev = class_.kind == PatchKind::EV;
     intervals_ = ev ? d_ - 1 : d_;
     columns_ = ev ? 2 * d_ - 1 : 2 * d_;
@@ -67,147 +64,22 @@ PatchBasis::PatchBasis(const PatchClass& patch_class)
     }
 }
 
-// ------------------------------------------------------------------ mirror images
-
-PatchBasis::Terms PatchBasis::mirror(const Terms& foot, const Terms& point) {
-    Terms sum;
-    const auto add = [&](const Term& t, double scale) {
-        for (Term& s : sum) {
-            if (s.point == t.point) {
-                s.weight += scale * t.weight;
-                return;
-            }
-        }
-        sum.push_back({t.point, scale * t.weight});
-    };
-    for (const Term& t : foot)
-        add(t, 2);
-    for (const Term& t : point)
-        add(t, -1);
-    std::erase_if(sum, [](const Term& t) { return t.weight == 0; });
-    return sum;
-}
-
-// Axis 0 runs along spokes 0 and n/2, axis 1 of pinned patches along spokes k and n/2 + k.
-// What lies beyond axis 0 is the mirror image of the half before it, and what lies there
-// beyond axis 1 that of the sectors themselves.
-
-PatchBasis::Terms PatchBasis::spoke_terms(int spoke, int b) const {
-    const int k = class_.n_sectors;
-    int of = spoke;
-    if (class_.is_open() && b > 0) {
-        if (spoke > n_ / 2)
-            of = n_ - spoke;
-        else if (class_.border == PatchBorder::Pinned && spoke > k)
-            of = 2 * k - spoke;
-    }
-    if (of != spoke)
-        return mirror({{0, 1.0}}, spoke_terms(of, b));
-    return {{static_cast<Index>(class_.ev_spoke(spoke, b)), 1.0}};
-}
-
-PatchBasis::Terms PatchBasis::sector_terms(int sector, int a, int b) const {
-    const int k = class_.n_sectors, half = n_ / 2;
-    if (a == 0 || b == 0)
-        return b == 0 ? spoke_terms(sector, a) : spoke_terms(cyclic(sector + 1), b);
-    if (class_.is_open() && sector >= half) {
-        const int of = n_ - 1 - sector;  // whose point is b steps along its first spoke
-        return mirror(of == 0          ? spoke_terms(0, b)
-                      : of == half - 1 ? spoke_terms(half, a)
-                                       : spoke_terms(0, 0),
-                      sector_terms(of, b, a));
-    }
-    if (class_.border == PatchBorder::Pinned && sector >= k) {
-        const int of = 2 * k - 1 - sector;
-        return mirror(of == k - 1 ? spoke_terms(k, a) : spoke_terms(0, 0),
-                      sector_terms(of, b, a));
-    }
-    return {{static_cast<Index>(class_.ev_point(sector, a, b)), 1.0}};
-}
-
-PatchBasis::Terms PatchBasis::centre_terms() const {
-    if (class_.border == PatchBorder::Pinned)
-        return {{static_cast<Index>(class_.ef_centre()), 1.0}};
-    return {{static_cast<Index>(class_.ef_curve(0, 0)), 0.5},
-            {static_cast<Index>(class_.ef_curve(1, 0)), 0.5}};
-}
-
-/// The border curve's point p steps away across a side that an axis meets.
-PatchBasis::Terms PatchBasis::curve_terms(int side, int p) const {
-    if (side == 0 || side == class_.n_sectors)
-        return {{static_cast<Index>(class_.ef_curve(side != 0, p)), 1.0}};
-    return mirror(centre_terms(), curve_terms(side - n_ / 2, p));
-}
-
-PatchBasis::Terms PatchBasis::corner_terms(int corner, int p, int q) const {
-    const int k = class_.n_sectors, half = n_ / 2;
-    if (class_.is_open() && corner >= half) {
-        const int of = n_ - 1 - corner;
-        return mirror(of == 0          ? curve_terms(0, q)
-                      : of == half - 1 ? curve_terms(half, p)
-                                       : centre_terms(),
-                      corner_terms(of, q, p));
-    }
-    if (class_.border == PatchBorder::Pinned && corner >= k) {
-        const int of = 2 * k - 1 - corner;
-        return mirror(of == k - 1 ? curve_terms(k, p) : centre_terms(),
-                      corner_terms(of, q, p));
-    }
-    return {{static_cast<Index>(class_.ef_point(corner, p, q)), 1.0}};
-}
-
-PatchBasis::Terms PatchBasis::ribbon_terms(int ribbon, int column, int row) const {
-    const bool ev = class_.kind == PatchKind::EV;
-    const int m = d_ - 1, b = m - row;
-    if (is_triangle()) {
-        // The halves that the sector has; the other halves are their mirror images.
-        const int last = columns_ - 1;
-        const bool missing = ribbon == 0 ? 2 * column < last : 2 * column > last;
-        if (missing) {
-            return mirror(ev ? spoke_terms(ribbon, b) : curve_terms(ribbon, b),
-                          ribbon_terms(ribbon, last - column, row));
-        }
-        if (ev && column == m)
-            return spoke_terms(ribbon, b);
-        return {
-            {static_cast<Index>(ev ? (ribbon == 0 ? class_.ev_point(0, b, column - m)
-                                                  : class_.ev_point(0, m - column, b))
-                                   : (ribbon == 0 ? class_.ef_point(0, b, column - d_)
-                                                  : class_.ef_point(0, m - column, b))),
-             1.0}};
-    }
-    const int before = cyclic(ribbon - 1);
-    if (ev) {
-        return column <= m ? sector_terms(before, m - column, b)
-                           : sector_terms(ribbon, b, column - m);
-    }
-    return column < d_ ? corner_terms(before, m - column, b)
-                       : corner_terms(ribbon, b, column - d_);
-}
-
 void PatchBasis::build_tables() {
-    const auto add = [&](const Terms& terms) {
+    const MirroredNet net(class_);
+    const auto add = [&](const MirroredNet::Terms& terms) {
         term_offsets_.push_back(static_cast<Index>(terms_.size()));
         terms_.insert(terms_.end(), terms.begin(), terms.end());
     };
-    for (int i = 0; i < n_ribbons_; ++i) {
+    for (int i = 0; i < n_; ++i) {
         for (int j = 0; j < columns_; ++j) {
             for (int k = 0; k < d_; ++k)
-                add(ribbon_terms(i, j, k));
+                add(net.ribbon_point(i, j, k));
         }
     }
-    const int n_axes = class_.border == PatchBorder::Pinned   ? 2
-                       : class_.border == PatchBorder::Smooth ? 1
-                                                              : 0;
+    const int n_axes = class_.border == PatchBorder::Pinned ? 2 : int(class_.is_open());
     for (int axis = 0; axis < n_axes; ++axis) {
-        const int i = axis * class_.n_sectors, o = i + n_ / 2;
-        for (int j = 0; j < columns_; ++j) {
-            if (class_.kind == PatchKind::EV) {
-                add(j < d_ ? spoke_terms(i, d_ - 1 - j) : spoke_terms(o, j - (d_ - 1)));
-            } else {
-                add(j < d_ ? curve_terms(i, d_ - 1 - j) : curve_terms(o, j - d_));
-            }
-        }
+        for (int j = 0; j < columns_; ++j)
+            add(net.axis_point(axis, j));
     }
     term_offsets_.push_back(static_cast<Index>(terms_.size()));
 }
@@ -242,7 +114,7 @@ void PatchBasis::row_basis(int interval, double u, int order,
 }
 
 Vec2<double> PatchBasis::quad_point(int sector, double a, double b) const noexcept {
-    if (is_triangle())
+    if (class_.is_single())
         return {a - b, a * b};
     const double angle = std::numbers::pi / n_;
     const auto at = [&](double turns, double radius) {
@@ -264,7 +136,7 @@ Vec2<double> PatchBasis::to_native(const DomainPoint& p) const noexcept {
 
 /// The inverse of quad_point().
 DomainPoint PatchBasis::quad_place(Vec2<double> xy) const noexcept {
-    if (is_triangle()) {
+    if (class_.is_single()) {
         // (a - b, a b), so that a and -b are the roots of z^2 - x z - y.
         const double root = std::sqrt(std::max(0.0, xy.x * xy.x + 4 * xy.y));
         return {0, std::clamp((root + xy.x) / 2, 0.0, 1.0),

@@ -42,6 +42,11 @@ struct PatchClass {
         return border == PatchBorder::Smooth || border == PatchBorder::Pinned;
     }
 
+    /// One sector at a smooth border, whose domain is a triangle.
+    bool is_single() const noexcept {
+        return border == PatchBorder::Smooth && n_sectors == 1;
+    }
+
     /// Sides of the regular polygon that the sectors are a part of: a half where the border
     /// runs through, a quarter between two border curves. One sector at a smooth border has
     /// a domain of its own; see PatchBasis.
