@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # Builds the surfaces of all meshes of folders at degrees 2 to 5, each mesh in a process of its
-# own, and prints a row for each: patches, gap over the diagonal, normal jump in degrees, and
-# curvature jump. Fails on jumps (the limits stand in tests/mesh_check.cpp), values that are no
+# own, and prints a row for each: patches, gap over the diagonal, normal jump in degrees,
+# curvature jump, and distance of borders and creases from their B-spline curves. Fails on jumps (the limits stand in tests/mesh_check.cpp), values that are no
 # number, crashes, and meshes that take over two minutes. Refusals are listed and counted.
 #
 # Usage: scripts/check_meshes.sh FOLDER... [-- MESH_CHECK]

@@ -4,24 +4,26 @@
 // Builds the surfaces of one mesh at several degrees and measures how their patches join.
 // scripts/check_meshes.sh runs it on folders.
 //
-// Usage: mesh_check MESH. Prints one row; status 0: all is well, 3: refused, 1: too large a
+// Usage: mesh_check MESH [DEGREE...]. Prints one row; status 0: all is well, 3: refused, 1: too large a
 // jump or no number.
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "osd_ext/continuity.h"
 #include "osd_ext/surface.h"
+#include "tests/border_curve.h"
 
 namespace osdx {
 namespace {
 
-constexpr int kDegrees[] = {2, 3, 4, 5};
 constexpr int kRate = 4;
 
 // Far above rounding and far below what a wrong control point does. A needle of a face may
@@ -29,6 +31,7 @@ constexpr int kRate = 4;
 constexpr double kGapMax = 1e-9;         // of the diagonal
 constexpr double kNormalJumpMax = 1e-4;  // degrees
 constexpr double kCurvatureJumpMax = 1e-3;
+constexpr double kBorderErrorMax = 1e-12;  // of the diagonal, from the B-spline curves
 
 void print(const std::string& text) {
     std::fputs(text.c_str(), stdout);
@@ -65,6 +68,9 @@ bool check(const Surface& s) {
                                    c.gap_max, c.normal_jump_deg_max);
     if (has_curvature)
         cell += fmt::format(" {:.0e}", c.curvature_jump_max);
+    const test::BorderError border = test::border_error(s);
+    if (border.n_samples > 0)
+        cell += fmt::format(" border {:.0e}", border.max);
     // Comparisons that a value fails which is no number.
     std::string bad;
     if (!(c.gap_max <= kGapMax))
@@ -76,13 +82,15 @@ bool check(const Surface& s) {
     if (has_curvature && !(c.curvature_jump_max <= kCurvatureJumpMax))
         bad += fmt::format(" curvature at {},{},{}", c.worst_curvature.quarter,
                            c.worst_curvature.x, c.worst_curvature.y);
+    if (!(border.max <= kBorderErrorMax))
+        bad += " border";
     if (const auto q = find_not_finite(s))
         bad += fmt::format(" no number in quarter {}", *q);
     print(bad.empty() ? cell : fmt::format("{} FAILED{}", cell, bad));
     return bad.empty();
 }
 
-int run(const std::filesystem::path& file) {
+int run(const std::filesystem::path& file, const std::vector<int>& degrees) {
     print(fmt::format("{:<34}", file.filename().string()));
     const Result<MeshData> mesh = read_mesh(file);
     if (!mesh) {
@@ -91,7 +99,7 @@ int run(const std::filesystem::path& file) {
     }
     bool well = true, refused = false;
     std::string last;  // degrees are refused for the same reason as a rule
-    for (const int degree : kDegrees) {
+    for (const int degree : degrees) {
         const auto surface = Surface::build(*mesh, {.degree = degree});
         print(fmt::format(" | d{} ", degree));
         if (surface) {
@@ -111,9 +119,14 @@ int run(const std::filesystem::path& file) {
 }  // namespace osdx
 
 int main(int argc, char** argv) {
-    if (argc != 2) {
-        std::fputs("usage: mesh_check MESH\n", stderr);
+    if (argc < 2) {
+        std::fputs("usage: mesh_check MESH [DEGREE...]\n", stderr);
         return 2;
     }
-    return osdx::run(argv[1]);
+    std::vector<int> degrees = {2, 3, 4, 5};
+    if (argc > 2)
+        degrees.clear();
+    for (int i = 2; i < argc; ++i)
+        degrees.push_back(std::atoi(argv[i]));
+    return osdx::run(argv[1], degrees);
 }
