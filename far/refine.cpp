@@ -54,6 +54,35 @@ StencilTable KnownRows::filter(StencilTable rows, const std::vector<bool>& unusa
 
 namespace {
 
+/// Appends a row per face: the centroid of its vertices.
+void add_face_centroids(const Topology& t, StencilTable& s) {
+    for (Index f = 0; f < t.n_faces(); ++f) {
+        const double w = 1.0 / t.face_size(f);
+        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
+            s.add(t.vertex[h], w);
+        s.end_row();
+    }
+}
+
+}  // namespace
+
+/// Rows of split(t): vertices stay, edges and faces take the middle.
+StencilTable split_stencils(const Topology& t) {
+    StencilTable s = detail::identity_stencils(t.n_vertices());
+    std::vector<Index> halfedge(t.n_edges);
+    for (Index h = 0; h < t.n_halfedges(); ++h)
+        halfedge[t.edge[h]] = h;
+    for (const Index h : halfedge) {
+        s.add(t.vertex[h], 0.5);
+        s.add(t.to_vertex(h), 0.5);
+        s.end_row();
+    }
+    add_face_centroids(t, s);
+    return s;
+}
+
+namespace {
+
 /// The part of a level that has the faces `keep`.
 RefinedLevel part_of(const RefinedLevel& level, const std::vector<bool>& keep,
                      std::vector<Index>& vertices, std::vector<Index>& halfedges) {

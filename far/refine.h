@@ -92,6 +92,9 @@ struct RefinedLevel {
     bool is_known(Index vertex) const noexcept { return known.empty() || known[vertex]; }
 };
 
+/// Linear subdivision of the points of a mesh to those of split().
+StencilTable split_stencils(const Topology& topology);
+
 /// Uniform subdivision of any degree d >= 2: on a regular grid the refinement of the uniform
 /// B-spline of bi-degree d, elsewhere its natural generalisation.
 ///

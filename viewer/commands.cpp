@@ -155,6 +155,55 @@ constexpr std::array kPictures = {
     std::pair(Shade::Distance, "distance"),
 };
 
+struct RefinedTexture {
+    FaceVaryingRule rule = FaceVaryingRule::All;
+    std::vector<Vec2<double>> uvs;
+    std::vector<Index> face_uvs;
+};
+
+/// The texture coordinates on the last level, by corner: the faces and halfedges of odd degrees
+/// are those of the refined mesh.
+Result<RefinedTexture> refine_texture(const MeshData& data, const Topology& base,
+                                      const Features& features,
+                                      const CommandOptions& options) {
+    std::optional<FaceVaryingRule> rule = options.uv_rule;
+    if (!rule && !options.ignore_tags) {
+        const Result<FaceVaryingRule> tagged = face_varying_rule(data);
+        if (!tagged)
+            return tagged.error();
+        rule = *tagged;
+    }
+    Result<FaceVarying> channel = build_face_varying(base, features, data.face_uvs,
+                                                     rule.value_or(FaceVaryingRule::All));
+    if (!channel)
+        return channel.error();
+    std::vector<Vec3<double>> points;
+    for (const Index value : channel->values)
+        points.emplace_back(data.uvs[value], 0);
+    Topology topology = channel->topology;
+    if (channel->rule == FaceVaryingRule::All) {
+        for (int i = 0; i < options.levels; ++i) {
+            const StencilTable rows = split_stencils(topology);
+            std::vector<Vec3<double>> next(rows.n_rows());
+            rows.apply(std::span<const Vec3<double>>(points), std::span(next));
+            points = std::move(next);
+            topology = split(topology);
+        }
+    } else {
+        Refinement refinement(topology, options.degree, channel->features);
+        for (int i = 0; i < options.levels; ++i)
+            refinement.add_level();
+        points = refinement.points(points);
+        topology = refinement.topology(options.levels);
+    }
+    RefinedTexture texture;
+    texture.rule = channel->rule;
+    for (const auto& p : points)
+        texture.uvs.emplace_back(p.x, p.y);
+    texture.face_uvs = std::move(topology.vertex);
+    return texture;
+}
+
 }  // namespace
 
 Status info_command(const CommandOptions& options) {
@@ -169,13 +218,14 @@ Status info_command(const CommandOptions& options) {
     if (!features)
         return in_file(features.error(), options.input);
 
-    std::map<Index, Index> levels;
     std::set<Index> control_points;
     for (Index p = 0; p < patches.n_patches(); ++p) {
         const PatchRef patch = patches.patch(p);
-        ++levels[static_cast<Index>(patch.level)];
         control_points.insert(patch.points.begin(), patch.points.end());
     }
+    Json by_level = Json::object();
+    for (int level = 0; level < patches.n_levels(); ++level)
+        by_level[std::to_string(level)] = patch_counts(patches, level);
     Json tags = Json::object();
     for (const Tag& tag : job->mesh.tags)
         tags[tag.name] = tags.value(tag.name, 0) + 1;
@@ -193,7 +243,7 @@ Status info_command(const CommandOptions& options) {
                          {"degree", options.degree},
                          {"refinement_levels", patches.n_levels() - 1},
                          {"patches", patch_counts(patches)},
-                         {"patches_by_level", histogram(levels)},
+                         {"patches_by_level", by_level},
                          {"control_points", control_points.size()}};
     if (const Status s = write_report(options, report); !s)
         return s;
@@ -225,7 +275,8 @@ Status info_command(const CommandOptions& options) {
                patches.n_levels() - 1, plural(patches.n_levels() - 1),
                control_points.size());
     fmt::print("patches:    {}\n", patch_summary(patches));
-    fmt::print("by level:   {}\n", one_line(report["patches_by_level"]));
+    for (int level = 0; level < patches.n_levels(); ++level)
+        fmt::print("  level {}:  {}\n", level, patch_summary(patches, level));
     return ok();
 }
 
@@ -252,12 +303,28 @@ Status subdivide_command(const CommandOptions& options) {
                                 options.levels, n_corners, kInvalidIndex - 1));
     }
     progress.stage("refining");
+    std::optional<RefinedTexture> texture;
+    if (!data->face_uvs.empty() && options.degree % 2 == 1) {
+        Result<RefinedTexture> refined = refine_texture(*data, base, *features, options);
+        if (!refined)
+            return in_file(refined.error(), options.input);
+        texture = std::move(*refined);
+    }
     Refinement refinement(std::move(base), options.degree, std::move(*features));
     for (int i = 0; i < options.levels; ++i)
         refinement.add_level();
     const RefinedLevel& last = refinement.level(options.levels);
     MeshData refined = to_mesh_data(last.topology, refinement.points(data->positions));
     refined.tags = to_tags(last.topology, last.features);
+    if (texture) {
+        refined.uvs = std::move(texture->uvs);
+        refined.face_uvs = std::move(texture->face_uvs);
+        refined.tags.push_back({"facevaryinginterpolateboundary",
+                                {static_cast<int>(texture->rule)},
+                                {},
+                                {},
+                                0});
+    }
     if (options.degree % 2 == 0 && options.levels > 0)
         drop_unused_vertices(refined);  // points of creases between the faces
     progress.stage("writing");

@@ -101,7 +101,10 @@ void define(Parser& p) {
     subdivide->add_option("--levels", p.options.levels, "refinement steps")
         ->check(CLI::Range(0, 12))
         ->capture_default_str();
-    p.out(subdivide, "the refined mesh: OBJ (with the tags that are left), OFF or PLY");
+    p.uv_rule(subdivide);
+    p.out(subdivide,
+          "the refined mesh: OBJ (with the tags that are left and, for odd degrees, the "
+          "texture coordinates), OFF or PLY");
 
     CLI::App* patch =
         p.add("patch", "evaluate one patch from its control net", osdx::patch_command);

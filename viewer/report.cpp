@@ -113,9 +113,11 @@ const ReportGroup& group_of(PatchKind kind, PatchBorder border) {
 
 /// By group and number of sectors, which is 0 where it is not told.
 std::array<std::map<Index, Index>, kGroups.size()> count_patches(
-    const PatchTable& table) {
+    const PatchTable& table, std::optional<int> level) {
     std::array<std::map<Index, Index>, kGroups.size()> counts;
     for (Index i = 0; i < table.n_patches(); ++i) {
+        if (level && table.patch(i).level != *level)
+            continue;
         const PatchClass& c = table.class_of(i);
         const ReportGroup& group = group_of(c.kind, c.border);
         ++counts[&group - kGroups.data()]
@@ -202,8 +204,8 @@ std::string feature_lines(const Json& report, bool closed) {
     return lines;
 }
 
-Json patch_counts(const PatchTable& table) {
-    const auto counts = count_patches(table);
+Json patch_counts(const PatchTable& table, std::optional<int> level) {
+    const auto counts = count_patches(table, level);
     Json report;
     for (std::size_t g = 0; g < kGroups.size(); ++g) {
         if (counts[g].empty() && !kGroups[g].always())
@@ -218,8 +220,8 @@ Json patch_counts(const PatchTable& table) {
     return report;
 }
 
-std::string patch_summary(const PatchTable& table) {
-    const auto counts = count_patches(table);
+std::string patch_summary(const PatchTable& table, std::optional<int> level) {
+    const auto counts = count_patches(table, level);
     std::string s;
     for (std::size_t g = 0; g < kGroups.size(); ++g) {
         for (const auto& [n_sectors, count] : counts[g]) {

@@ -5,6 +5,7 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -45,9 +46,10 @@ std::string_view patch_name(PatchKind kind, PatchBorder border);
 /// {"regular": k, "ev": {"5": k, ...}, "ef": {...}, "gregory": {}}, by number of sectors; and,
 /// where there are some, "ev_border", "ev_pinned", "ev_spike" and the same for "ef"; see
 /// PatchBorder.
-Json patch_counts(const PatchTable& table);
+/// \param level  of refinement, or all of them
+Json patch_counts(const PatchTable& table, std::optional<int> level = {});
 
 /// "96 regular, 8 EV(3), 16 EV(5), 4 border EV(1)"
-std::string patch_summary(const PatchTable& table);
+std::string patch_summary(const PatchTable& table, std::optional<int> level = {});
 
 }  // namespace osdx
