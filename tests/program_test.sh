@@ -81,6 +81,11 @@ succeeds -- info cube.obj --boundary none
 succeeds refined.off -- subdivide cube.obj --degree 5 --levels 2 --out refined.off
 [[ $(sed -n 2p refined.off | cut -d' ' -f1,2) == "98 96" ]] ||
     fail "subdivide: $(sed -n 2p refined.off), not 98 96"
+printf '%s\n' 'v 0 0 0' 'v 1 0 0' 'v 1 1 0' 'v 0 1 0' 'vt 0 0' 'vt 2 0' 'vt 2 2' 'vt 0 2' \
+    'f 1/1 2/2 3/3 4/4' >textured.obj
+succeeds textured_refined.obj -- subdivide textured.obj --levels 1 --out textured_refined.obj
+[[ $(grep -c '^vt' textured_refined.obj) == 9 ]] && grep -q '^vt 1 1$' textured_refined.obj ||
+    fail "subdivide: texture coordinates: $(grep '^vt' textured_refined.obj)"
 for extension in obj ply stl glb; do
     succeeds "out.$extension" -- tessellate cube.obj --rate 4 --out "out.$extension"
 done
