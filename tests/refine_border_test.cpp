@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <map>
 #include <random>
 #include <span>
@@ -509,6 +510,85 @@ TEST(RefineBorder, ChaikinAveragesAlongTheCrease) {
 
 // ---------------------------------------------------------------------- parts
 
+/// Halfedges, vertices and so on of a part of a level in the whole level.
+struct PartMap {
+    std::vector<Index> halfedges, vertices;
+};
+
+/// From the map of the level above.
+PartMap descend(const Refinement& part, const Refinement& whole, int l,
+                const PartMap& above) {
+    const bool odd = part.degree() % 2 == 1;
+    const RefinedLevel &p = part.level(l), &w = whole.level(l);
+    const Topology &t = p.topology, &full = w.topology;
+    PartMap map;
+    map.halfedges.assign(t.n_halfedges(), kInvalidIndex);
+    map.vertices.assign(t.n_vertices(), kInvalidIndex);
+    std::vector<std::pair<Index, Index>> open;
+    for (Index h = 0; h < part.topology(l - 1).n_halfedges(); ++h) {
+        const Index child = p.children[h];
+        if (child == kInvalidIndex)
+            continue;
+        const Index full_child = w.children[above.halfedges[h]];
+        EXPECT_EQ(full_child, above.halfedges[h]);
+        if (odd) {
+            open.emplace_back(4 * child, 4 * full_child);
+        } else {
+            map.vertices[child] = full_child;
+            if (p.corner_halfedges[child] != kInvalidIndex)
+                open.emplace_back(p.corner_halfedges[child],
+                                  w.corner_halfedges[full_child]);
+        }
+    }
+    // What is next to, or across from, what is known to be the same is the same.
+    while (!open.empty()) {
+        const auto [h, g] = open.back();
+        open.pop_back();
+        if (map.halfedges[h] != kInvalidIndex) {
+            EXPECT_EQ(map.halfedges[h], g);
+            continue;
+        }
+        map.halfedges[h] = g;
+        Index& v = map.vertices[t.vertex[h]];
+        EXPECT_TRUE(v == kInvalidIndex || v == full.vertex[g]);
+        v = full.vertex[g];
+        EXPECT_EQ(t.face_size(t.face[h]), full.face_size(full.face[g]));
+        open.emplace_back(t.next(h), full.next(g));
+        if (t.is_border(h)) {
+            // A border that is none of the whole mesh is a gap.
+            EXPECT_EQ(p.is_gap(t.edge[h]), !full.is_border(g)) << "halfedge " << h;
+        } else {
+            open.emplace_back(t.twin[h], full.twin[g]);
+            EXPECT_FALSE(p.is_gap(t.edge[h]));
+        }
+        if (!odd && !w.rays.empty() && full.edge[g] < w.edge_rays.size() &&
+            w.edge_rays[full.edge[g]] != kInvalidIndex) {
+            EXPECT_FALSE(p.rays.empty());
+            const Index ray = p.rays.empty() ? kInvalidIndex : p.edge_rays[t.edge[h]];
+            EXPECT_NE(ray, kInvalidIndex) << "a ray is lost";
+            if (ray == kInvalidIndex)
+                continue;
+            const Ray& whole_ray = w.rays[w.edge_rays[full.edge[g]]];
+            EXPECT_EQ(p.rays[ray].sharpness, whole_ray.sharpness);
+            map.vertices[p.rays[ray].point] = whole_ray.point;
+        }
+    }
+    for (const Junction& j : p.junctions) {
+        const Index g = map.halfedges[t.face_offsets[j.face]];
+        if (g == kInvalidIndex)
+            continue;
+        const auto found = std::ranges::find(w.junctions, full.face[g], &Junction::face);
+        EXPECT_NE(found, w.junctions.end());
+        if (found == w.junctions.end())
+            continue;
+        EXPECT_EQ(j.n_sharp, found->n_sharp);
+        EXPECT_EQ(j.vertex_sharpness, found->vertex_sharpness);
+        EXPECT_EQ(j.rays, found->rays);
+        map.vertices[j.point] = found->point;
+    }
+    return map;
+}
+
 std::vector<bool> grown(const Topology& t, std::vector<bool> faces, int rings) {
     for (int ring = 0; ring < rings; ++ring) {
         std::vector<bool> vertices(t.n_vertices(), false);
@@ -522,6 +602,86 @@ std::vector<bool> grown(const Topology& t, std::vector<bool> faces, int rings) {
         }
     }
     return faces;
+}
+
+struct PartCounts {
+    std::size_t known = 0, unknown = 0;
+};
+
+/// Refines a part, and less and less of it, and compares the points that are known with those
+/// of the whole. What is not known is made no number on the way.
+void expect_part_of_whole(const MeshData& mesh, int d, int levels, unsigned seed,
+                          PartCounts& counts) {
+    const Refinement whole = refined(mesh, d, levels);
+    Refinement part = refined(mesh, d, 0), whole_so_far = refined(mesh, d, 0);
+    std::mt19937 random(seed);
+    PartMap map;
+    for (Index h = 0; h < part.topology(0).n_halfedges(); ++h)
+        map.halfedges.push_back(h);
+    std::vector<Point> points = part.points(mesh.positions);
+    for (int l = 1; l <= levels; ++l) {
+        const Topology& parent = part.topology(l - 1);
+        // The surroundings of a face in the middle of what there is.
+        std::vector<bool> keep(parent.n_faces(), false);
+        if (parent.n_faces() > 0)
+            keep[random() % parent.n_faces()] = true;
+        part.add_level(grown(parent, keep, d / 2 + 1));
+        whole_so_far.add_level();
+        map = descend(part, whole, l, map);
+        if (testing::Test::HasFailure())
+            return;
+
+        const RefinedLevel& level = part.level(l);
+        for (const StencilTable& factor : level.factors) {
+            std::vector<Point> next(factor.n_rows());
+            factor.apply(std::span<const Point>(points), std::span(next));
+            points = std::move(next);
+        }
+        const std::vector<Point> expected = whole_so_far.points(mesh.positions);
+        ASSERT_EQ(points.size(), level.topology.n_vertices());
+        for (Index v = 0; v < points.size(); ++v) {
+            if (!level.is_known(v)) {
+                ++counts.unknown;
+                points[v] = Point(std::numeric_limits<double>::quiet_NaN());
+                continue;
+            }
+            if (map.vertices[v] == kInvalidIndex)
+                continue;  // beside no face that there is
+            ++counts.known;
+            // The same sums in another order at most.
+            ASSERT_LE(glm::distance(points[v], expected[map.vertices[v]]), kTol)
+                << "level " << l << ", vertex " << v;
+        }
+    }
+}
+
+TEST(RefineBorder, PartsAreAsTheWhole) {
+    auto meshes = tagged_meshes();
+    for (auto& mesh : test::open_meshes())
+        meshes.push_back(std::move(mesh));
+    for (auto& mesh : test::closed_meshes())
+        meshes.push_back(std::move(mesh));
+    for (auto& mesh : test::semi_sharp_meshes())
+        meshes.push_back(std::move(mesh));
+    const std::size_t n = meshes.size();
+    for (std::size_t i = 0; i < n; ++i)
+        meshes.push_back({meshes[i].name + ", 2.5", with_sharpness(meshes[i].data, 2.5)});
+    unsigned seed = 1;
+    for (int d = 2; d <= 7; ++d) {
+        PartCounts counts;
+        for (const auto& [name, mesh] : meshes) {
+            if (++seed % 3 != 0)
+                continue;
+            SCOPED_TRACE(at_degree(name, d) + ", seed " + std::to_string(seed));
+            expect_part_of_whole(mesh, d, 3, seed, counts);
+            if (testing::Test::HasFailure())
+                return;
+        }
+        EXPECT_GT(counts.known, 3000u) << "degree " << d;
+        if (d > 2) {
+            EXPECT_GT(counts.unknown, 1000u) << "degree " << d;
+        }
+    }
 }
 
 // Of what is beside a gap after the first smoothing nothing is known, and each one after it
