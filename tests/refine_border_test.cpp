@@ -486,6 +486,36 @@ TEST(RefineBorder, AFractionMixesSharpAndSmooth) {
     }
 }
 
+// On the level where the fraction is left, two levels down: degree 2 mixes there alone, and
+// others are continuous where the sharpness passes whole numbers.
+TEST(RefineBorder, AFractionMixesOnItsLevel) {
+    for (const auto& [name, mesh] : tagged_meshes()) {
+        const Topology base = test::topology_of(mesh);
+        if (std::ranges::count(base.twin, kInvalidIndex) > 0)
+            continue;  // for the time that it takes
+        for (int d = 2; d <= 7; ++d) {
+            SCOPED_TRACE(at_degree(name, d));
+            const auto corners = [&](double s) {
+                const Refinement r = refined(with_sharpness(mesh, s), d, 2);
+                auto points = r.points(mesh.positions);
+                if (d % 2 == 0)
+                    points.resize(r.topology(1).n_halfedges());
+                return points;
+            };
+            const auto one = corners(1), two = corners(2);
+            expect_near(corners(1 + 1e-9), one, 1e-7);
+            expect_near(corners(2 - 1e-9), two, 1e-7);
+            expect_near(corners(2 + 1e-9), two);  // of the next level
+            if (d > 3)
+                continue;
+            std::vector<Point> mixture;
+            for (std::size_t i = 0; i < one.size(); ++i)
+                mixture.push_back(0.3 * two[i] + 0.7 * one[i]);
+            expect_near(corners(1.3), mixture);
+        }
+    }
+}
+
 TEST(RefineBorder, ChaikinAveragesAlongTheCrease) {
     MeshData mesh = test::random_displaced(test::torus(6, 6), 8, 0.05);
     for (int d = 2; d <= 9; ++d) {
@@ -495,7 +525,23 @@ TEST(RefineBorder, ChaikinAveragesAlongTheCrease) {
             for (Index v = 0; v < 6; ++v)
                 test::add_crease(tagged, {v, (v + 1) % 6}, v % 2 == 0 ? even : odd);
             tagged.tags.push_back({"creasemethod", {}, {}, {method}, 0});
-            return refined(tagged, d, levels).points(mesh.positions);
+            const Refinement r = refined(tagged, d, levels);
+            if (levels == 1 && even != odd) {
+                // What is left next to the vertices: 3/4 of the edge's own, 1/4 of the other.
+                const bool chaikin = method == std::string("chaikin");
+                int n_low = 0, n_high = 0;
+                const auto count = [&](double s) {
+                    n_low += s == (chaikin ? 0.5 : 0.25);
+                    n_high += s == (chaikin ? 1.0 : 1.25);
+                };
+                for (const Ray& ray : r.level(1).rays)
+                    count(ray.sharpness);
+                for (const double s : r.level(1).features.edge_sharpness)
+                    count(s);
+                EXPECT_EQ(n_low, 6);
+                EXPECT_EQ(n_high, 6);
+            }
+            return r.points(mesh.positions);
         };
         // Alike on both sides of every vertex: the same averages.
         EXPECT_EQ(points(1.75, 1.75, "chaikin", 3), points(1.75, 1.75, "normal", 3));
