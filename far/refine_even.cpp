@@ -480,11 +480,15 @@ private:
         level_.junctions.push_back(std::move(j));
     }
 
-    /// On the edge that crosses the edge of a halfedge of split_. \return false beside a gap
+    /// On the edge that crosses the edge of a halfedge of split_. \return false if there is
+    /// none, beside a gap
     bool add_ray(Index halfedge, double before, double after) {
         if (split_.is_border(halfedge))
             return false;
-        const Index beyond = map_[split_.next(split_.twin[halfedge])];
+        // One of the faces that it parts may be left out: the other still needs the ray.
+        Index beyond = map_[split_.next(split_.twin[halfedge])];
+        if (beyond == kInvalidIndex)
+            beyond = map_[split_.next(halfedge)];
         if (beyond == kInvalidIndex)
             return false;
         level_.edge_rays.resize(level_.topology.n_edges, kInvalidIndex);

@@ -430,11 +430,181 @@ std::vector<NamedMesh> open_meshes() {
     return meshes;
 }
 
+namespace {
+
+MeshData scaled(MeshData mesh, double factor) {
+    for (Point& p : mesh.positions)
+        p *= factor;
+    return mesh;
+}
+
+/// A grid of 6 x 6 quads, about one wide.
+MeshData unit_grid() {
+    return scaled(grid(6, 6), 0.2);
+}
+Index grid_vertex(Index i, Index j) {
+    return i * 7 + j;
+}
+
+/// The vertices on spoke i of pole(n, k) from the pole on.
+std::vector<Index> pole_spoke(Index i, Index k) {
+    std::vector<Index> path = {0};
+    for (Index a = 1; a <= k; ++a)
+        path.push_back(2 + (i * k + (a - 1)) * (k + 1));
+    return path;
+}
+
+MeshData creased_pole(Index n, const std::vector<Index>& spokes, double sharpness) {
+    MeshData mesh = pole(n, 3, 2);
+    for (const Index i : spokes)
+        add_crease(mesh, pole_spoke(i, 3), sharpness);
+    return mesh;
+}
+
+std::vector<Index> grid_line(Index i0, Index j0, Index i1, Index j1) {
+    std::vector<Index> path;
+    for (Index i = i0; i <= i1; ++i) {
+        for (Index j = j0; j <= j1; ++j)
+            path.push_back(grid_vertex(i, j));
+    }
+    return path;
+}
+
+void set_boundary(MeshData& mesh, int rule) {
+    mesh.tags.push_back({"interpolateboundary", {rule}, {}, {}, 0});
+}
+
+std::vector<NamedMesh> sharp_meshes(double s) {
+    std::vector<NamedMesh> meshes;
+    const auto add = [&](std::string name, MeshData mesh) -> MeshData& {
+        const auto seed = static_cast<unsigned>(meshes.size() + 1);
+        meshes.push_back(
+            {std::move(name), random_displaced(std::move(mesh), seed, 0.04)});
+        return meshes.back().data;
+    };
+    {
+        MeshData& mesh = add("cube with a sharp rim", cube());
+        add_crease(mesh, {4, 5, 6, 7, 4}, s);
+    }
+    {
+        MeshData& mesh = add("cube of sharp edges", cube());
+        for (std::size_t h = 0; h < 24; ++h) {
+            const std::size_t next = h % 4 == 3 ? h - 3 : h + 1;
+            add_crease(mesh, {mesh.face_vertices[h], mesh.face_vertices[next]}, s);
+        }
+    }
+    {
+        MeshData& mesh = add("two darts", unit_grid());
+        add_crease(mesh, grid_line(2, 3, 4, 3), s);
+        set_boundary(mesh, 1);
+    }
+    {
+        MeshData& mesh = add("crease from the border to a dart", unit_grid());
+        add_crease(mesh, grid_line(0, 3, 3, 3), s);
+    }
+    {
+        MeshData& mesh = add("T", unit_grid());
+        add_crease(mesh, grid_line(0, 3, 6, 3), s);
+        add_crease(mesh, grid_line(3, 3, 3, 6), s);
+    }
+    {
+        MeshData& mesh = add("X", unit_grid());
+        add_crease(mesh, grid_line(0, 3, 6, 3), s);
+        add_crease(mesh, grid_line(3, 0, 3, 6), s);
+        set_boundary(mesh, 1);
+    }
+    {
+        MeshData& mesh = add("bent crease", unit_grid());  // one face and three
+        add_crease(mesh, grid_line(0, 3, 3, 3), s);
+        add_crease(mesh, grid_line(3, 3, 3, 6), s);
+    }
+    add("crease of 3 and 3 faces", creased_pole(6, {0, 3}, s));
+    add("crease of 4 and 5 faces", creased_pole(9, {0, 4}, s));
+    add("crease of 1 and 2 faces", creased_pole(3, {0, 1}, s));
+    add("junction of 1, 1 and 3 faces", creased_pole(5, {0, 1, 2}, s));
+    {
+        MeshData& mesh = add("corner of 2 and 3 faces", creased_pole(5, {0, 2}, s));
+        add_corner(mesh, 0, s);
+    }
+    {
+        MeshData& mesh = add("spike of 5 faces", pole(5, 3, 2));
+        add_corner(mesh, 0, s);
+    }
+    {
+        MeshData& mesh = add("spike in a grid", unit_grid());
+        add_corner(mesh, grid_vertex(3, 3), s);
+        set_boundary(mesh, 0);
+    }
+    {
+        MeshData& mesh = add("holes beside a crease", unit_grid());
+        add_crease(mesh, grid_line(0, 3, 6, 3), s);
+        mesh.tags.push_back({"hole", {2 * 6 + 2}, {}, {}, 0});
+        mesh.tags.push_back({"hole", {2 * 6 + 3}, {}, {}, 0});
+        mesh.tags.push_back({"hole", {4 * 6 + 3}, {}, {}, 0});
+    }
+    {
+        MeshData& mesh = add("ring around a torus", torus(6, 7));
+        add_crease(mesh, {0, 1, 2, 3, 4, 5, 6, 0}, s);
+    }
+    {
+        MeshData& mesh = add("dodecahedron with a crease", dodecahedron());
+        const auto& v = mesh.face_vertices;
+        add_crease(mesh, {v[0], v[1], v[2], v[3]}, s);
+    }
+    {
+        MeshData& mesh = add("rule none", unit_grid());
+        set_boundary(mesh, 0);
+    }
+    {
+        MeshData& mesh = add("strip with corners", scaled(grid(5, 1), 0.2));
+        set_boundary(mesh, 1);
+    }
+    return meshes;
+}
+
+}  // namespace
+
+void add_crease(MeshData& mesh, const std::vector<Index>& path, double sharpness) {
+    for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+        mesh.tags.push_back({"crease",
+                             {static_cast<int>(path[i]), static_cast<int>(path[i + 1])},
+                             {sharpness},
+                             {},
+                             0});
+    }
+}
+
+void add_corner(MeshData& mesh, Index vertex, double sharpness) {
+    mesh.tags.push_back({"corner", {static_cast<int>(vertex)}, {sharpness}, {}, 0});
+}
+
+std::vector<NamedMesh> creased_meshes() {
+    return sharp_meshes(10);
+}
+
+std::vector<NamedMesh> semi_sharp_meshes() {
+    std::vector<NamedMesh> meshes;
+    for (const double s : {0.5, 1.0, 2.5}) {
+        for (auto& [name, mesh] : sharp_meshes(s)) {
+            meshes.push_back({name + ", sharpness " + std::to_string(s).substr(0, 3),
+                              std::move(mesh)});
+        }
+    }
+    return meshes;
+}
+
 Topology topology_of(const MeshData& mesh) {
     const Result<Mesh> built = build_mesh(mesh);
     if (!built)
         throw std::runtime_error(built.error().message);
     return build_topology(*built);
+}
+
+Features features_of(const MeshData& mesh) {
+    Result<Features> features = build_features(mesh, topology_of(mesh));
+    if (!features)
+        throw std::runtime_error(features.error().message);
+    return *std::move(features);
 }
 
 double diagonal(const MeshData& mesh) {

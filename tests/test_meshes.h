@@ -6,10 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "far/features.h"
 #include "far/mesh_data.h"
 #include "far/topology.h"
 
-/// Closed meshes built in code, about the size of the unit sphere.
+/// Meshes built in code, the closed ones about the size of the unit sphere.
 namespace osdx::test {
 
 MeshData tetrahedron();
@@ -71,8 +72,23 @@ MeshData without_faces(const MeshData& mesh, const std::vector<Index>& faces);
 /// faces, several borders, components and loose vertices.
 std::vector<NamedMesh> open_meshes();
 
+/// Tags the edges along a path of vertices.
+void add_crease(MeshData& mesh, const std::vector<Index>& path, double sharpness = 10);
+void add_corner(MeshData& mesh, Index vertex, double sharpness = 10);
+
+/// Meshes with tags, slightly displaced, whose sharp features are all infinitely sharp:
+/// creases through regular and extraordinary vertices and n-gons, darts, junctions, corners,
+/// spikes, holes beside creases, every rule for the border.
+std::vector<NamedMesh> creased_meshes();
+
+/// The same kinds of features with sharpness from 0.5 to 2.5.
+std::vector<NamedMesh> semi_sharp_meshes();
+
 /// Of a mesh that build_mesh accepts; throws otherwise.
 Topology topology_of(const MeshData& mesh);
+
+/// Of the mesh and its tags; throws where they do not fit.
+Features features_of(const MeshData& mesh);
 
 /// Of the bounding box.
 double diagonal(const MeshData& mesh);
