@@ -50,10 +50,11 @@ struct DomainPoint {
 /// centre. On an axis, the straight line through the centre that is a border, S then depends
 /// on border points only. It is corrected to the uniform B-spline curve C of these:
 ///
-///     S'(p) = S(p) + b(p) (C(tau(q)) - S(q)),   b = product of (l_k(p) / l_k(q))^d
+///     S'(p) = S(p) + b(p) (C(tau(q)) - S(q)),   b = product of l_k^d / (l_k^d + (2 y)^d)
 ///
-/// over the sides of the part that are not perpendicular to the axis, q the foot of p on the
-/// axis, i and o the sides that the axis meets at its ends, L = d-1 for EV and d for EF, and
+/// over the sides of the part that are not perpendicular to the axis, y the distance of p from
+/// the axis and q its foot there, i and o the sides that the axis meets at its ends, L = d-1
+/// for EV and d for EF, and
 ///
 ///     tau = L (m + (h_i + h_o - 1) (w_i m - w_o (1 - m))),   m = h_i / (h_i + h_o),
 ///     w_i = (h_o/d)^d / ((h_o/d)^d + h_i^d),   w_o = (h_i/d)^d / ((h_i/d)^d + h_o^d),
@@ -64,8 +65,8 @@ struct DomainPoint {
 ///
 /// One sector at a smooth border has the triangle (1,0), (0,1), (-1,0) for its domain, with
 /// the border along y = 0, the second half of ribbon 0 and the first of ribbon 1, q on the line
-/// through (0,1) and b = (1 - y)^(d+1). A spike is S(p) + b(p) (V - S(0)), with b over all
-/// sides and the centre for q.
+/// through (0,1) and b = (1 - y)^(d+1). A spike is S(p) + b(p) (V - S(0)), with b the product
+/// of (l_k(p) / l_k(0))^d over all sides.
 ///
 /// In the sectors beside a border (a, b) is moved along it, so that tau is linear in (a, b): on
 /// both sides of a crease, whatever patches lie there, and on borders modelled apart, equal

@@ -5,6 +5,9 @@
 
 // The templates of eval/patch_basis.h, which includes this file.
 
+#include <cmath>
+#include <numbers>
+
 #include "eval/bspline_basis.h"
 #include "eval/patch_basis.h"
 
@@ -462,10 +465,15 @@ Jet<double, Order> PatchBasis::for_each_weight(const DomainPoint& p, Chart chart
         if (back)
             t = domain.distance(cyclic(o)) * (-1 / centre_distance()) + one;
         const AxisDomain<Order> foot(*this, back ? cyclic(o) : i, t);
+        // Twice the distance from the axis, by two sides that are mirror images in it.
+        const int m = n_ / 4;
+        const J<Order> y = (domain.distance(axis == 0 ? n_ - m : i + m) -
+                            domain.distance(axis == 0 ? m : i - m)) *
+                           (1 / std::sin(2 * std::numbers::pi * m / n_));
         J<Order> b = f;
         for (int side = axis == 0 ? 1 : 0; side <= (pinned && axis == 0 ? k : k - 1);
              ++side)
-            b = b * power<Order>(domain.distance(side) / foot.distance(side));
+            b = b * blend<Order>(domain.distance(side), y);
         if (std::ranges::all_of(b.c, [](double x) { return x == 0; }))
             continue;
         correct<Order>(
