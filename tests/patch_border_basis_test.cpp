@@ -750,7 +750,7 @@ TEST(PatchBorderBasis, AddressesAlongTheBorderRise) {
                 all.push_back({kind, d, n, PatchBorder::Smooth});
             for (const int n : {1, 2, 3, 5, 12})
                 all.push_back({kind, d, n, PatchBorder::Pinned});
-            if (d % 5 == 0 || d < 4) {
+            if (d == 3 || d == 10) {
                 all.push_back({kind, d, 360, PatchBorder::Smooth});
                 all.push_back({kind, d, 180, PatchBorder::Pinned});
             }
@@ -793,7 +793,6 @@ TEST(PatchBorderBasis, HasNoSingularityAnywhere) {
                 continue;  // for the time that it takes
             all.push_back({kind, d, 360, PatchBorder::Smooth});
             all.push_back({kind, d, 180, PatchBorder::Pinned});
-            all.push_back({kind, d, 360, PatchBorder::Spike});
         }
     }
     for (const auto& c : all) {
