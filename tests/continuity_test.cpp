@@ -568,8 +568,15 @@ TEST(ContinuityAtBorders, PinnedVerticesAreOnTheSurface) {
 // The normals and curvatures that the report compares are derivatives in charts that pinned
 // corners and darts stretch: some more digits are lost there than on closed meshes.
 TEST(ContinuityAtBorders, IsReported) {
-    for (const auto& [name, mesh] : bordered_meshes()) {
+    auto meshes = bordered_meshes();
+    const std::size_t n_infinite = meshes.size();
+    for (auto& mesh : semi_sharp_meshes())
+        meshes.push_back(std::move(mesh));
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        const auto& [name, mesh] = meshes[i];
         for (int d = 2; d <= 4; ++d) {
+            if (i >= n_infinite && (i + std::size_t(d)) % 3 != 0)
+                continue;  // for the time that it takes
             SCOPED_TRACE(name + " d" + std::to_string(d));
             const Continuity c = measure_continuity(build(mesh, d), 2);
             EXPECT_LE(c.gap_max, 1e-14);

@@ -434,12 +434,13 @@ TEST(RefineBorder, AFractionMixesSharpAndSmooth) {
 // On the level where the fraction is left, two levels down: degree 2 mixes there alone, and
 // others are continuous where the sharpness passes whole numbers.
 TEST(RefineBorder, AFractionMixesOnItsLevel) {
-    for (const auto& [name, mesh] : tagged_meshes()) {
+    for (const test::NamedMesh& tagged : tagged_meshes()) {
+        const MeshData& mesh = tagged.data;
         const Topology base = test::topology_of(mesh);
         if (std::ranges::count(base.twin, kInvalidIndex) > 0)
             continue;  // for the time that it takes
         for (int d = 2; d <= 7; ++d) {
-            SCOPED_TRACE(at_degree(name, d));
+            SCOPED_TRACE(at_degree(tagged.name, d));
             const auto corners = [&](double s) {
                 const Refinement r = refined(with_sharpness(mesh, s), d, 2);
                 auto points = r.points(mesh.positions);
