@@ -724,7 +724,7 @@ TEST(PatchBorderBasis, NativeChartGoesThereAndBack) {
     for (const auto& c : all) {
         const PatchBasis basis(c);
         const double width = std::sin(std::numbers::pi / std::max(c.n_polygon(), 4));
-        for (const int sector : {0, c.n_sectors / 2, c.n_sectors - 1}) {
+        for (const int sector : {0, c.n_sectors - 1}) {
             for (const auto& p : grid_points(sector, c.n_polygon() > 30 ? 3 : 5)) {
                 const auto xy = basis.to_native(p);
                 const auto q = basis.from_native(xy);
@@ -744,13 +744,13 @@ TEST(PatchBorderBasis, NativeChartGoesThereAndBack) {
 // Addresses along the border never turn back, whatever the number of sides and the degree.
 TEST(PatchBorderBasis, AddressesAlongTheBorderRise) {
     for (const PatchKind kind : {PatchKind::EV, PatchKind::EF}) {
-        for (int d = 2; d <= 15; ++d) {
+        for (const int d : {2, 3, 4, 5, 6, 7, 9, 12, 15}) {
             std::vector<PatchClass> all;
             for (const int n : {1, 2, 3, 5, 6, 10, 20, 90})
                 all.push_back({kind, d, n, PatchBorder::Smooth});
             for (const int n : {1, 2, 3, 5, 12})
                 all.push_back({kind, d, n, PatchBorder::Pinned});
-            if (d % 5 == 0 || d < 4) {
+            if (d == 3 || d == 9) {
                 all.push_back({kind, d, 360, PatchBorder::Smooth});
                 all.push_back({kind, d, 180, PatchBorder::Pinned});
             }
@@ -789,11 +789,10 @@ TEST(PatchBorderBasis, HasNoSingularityAnywhere) {
             all.push_back({kind, d, 5, PatchBorder::Smooth});
             all.push_back({kind, d, 2, PatchBorder::Pinned});
             all.push_back({kind, d, 3, PatchBorder::Spike});
-            if (d != 3)
-                continue;  // for the time that it takes
-            all.push_back({kind, d, 360, PatchBorder::Smooth});
-            all.push_back({kind, d, 180, PatchBorder::Pinned});
-            all.push_back({kind, d, 360, PatchBorder::Spike});
+            if (d == 3 && kind == PatchKind::EV)
+                all.push_back({kind, d, 360, PatchBorder::Smooth});
+            if (d == 3 && kind == PatchKind::EF)
+                all.push_back({kind, d, 180, PatchBorder::Pinned});
         }
     }
     for (const auto& c : all) {

@@ -78,68 +78,11 @@ TEST(RefineBorder, RowsSumToOne) {
 
 // ---------------------------------------------------------------------- curves
 
-/// The polygons of borders and infinitely sharp creases, each crease from both sides, from
-/// corner to corner or all around.
-struct Curve {
-    Polygon polygon;
-    /// The limit of a smooth vertex lies at this end: what is nearer than half the support
-    /// of a B-spline is another curve.
-    bool dart_at_start = false, dart_at_end = false;
-};
-
-std::vector<Curve> curves_of(const MeshData& mesh) {
-    const Features f = with_border(test::topology_of(mesh), test::features_of(mesh));
-    const Topology t = test::topology_of(mesh);
-    const auto is_sharp = [&](Index h) { return f.edge(t.edge[h]) >= kInfinitelySharp; };
-    const auto n_sharp = [&](Index v) {
-        int n = 0;
-        t.for_each_edge(v, [&](Index e, Index) { n += f.edge(e) >= kInfinitelySharp; });
-        return n;
-    };
-    const auto is_pinned = [&](Index v) {
-        return f.vertex(v) >= kInfinitelySharp || n_sharp(v) > 2;
-    };
-    // The next sharp halfedge with the same faces on the left.
-    const auto onwards = [&](Index h) {
-        for (h = t.next(h); !is_sharp(h);)
-            h = t.next(t.twin[h]);
-        return h;
-    };
-    std::vector<bool> done(t.n_halfedges(), false);
-    std::vector<Curve> curves;
-    // From corners and darts first; what is left are rings.
-    for (const bool from_ends : {true, false}) {
-        for (Index first = 0; first < t.n_halfedges(); ++first) {
-            const Index v = t.vertex[first];
-            const bool is_end = is_pinned(v) || n_sharp(v) == 1;
-            if (done[first] || !is_sharp(first) || (from_ends && !is_end))
-                continue;
-            Curve c;
-            c.polygon.is_closed = !from_ends;
-            c.dart_at_start = from_ends && !is_pinned(v);
-            c.polygon.points.push_back(mesh.positions[v]);
-            for (Index h = first; !done[h]; h = onwards(h)) {
-                done[h] = true;
-                const Index to = t.to_vertex(h);
-                if (!from_ends && onwards(h) == first)
-                    continue;
-                c.polygon.points.push_back(mesh.positions[to]);
-                if (is_pinned(to) || n_sharp(to) == 1) {
-                    c.dart_at_end = !is_pinned(to);
-                    break;
-                }
-            }
-            curves.push_back(std::move(c));
-        }
-    }
-    return curves;
-}
-
 // Even degrees: the Curve points are the control points of the curve, once from each side of a
 // crease. Odd degrees: the vertices on sharp edges are.
 TEST(RefineBorder, CurvesAreBSplineCurves) {
     for (const auto& [name, mesh] : open_and_creased_meshes()) {
-        const std::vector<Curve> curves = curves_of(mesh);
+        const std::vector<test::SharpCurve> curves = test::sharp_curves(mesh);
         ASSERT_FALSE(curves.empty() && name.find("spike") == std::string::npos);
         for (int d = 2; d <= 9; ++d) {
             SCOPED_TRACE(at_degree(name, d));
@@ -169,7 +112,7 @@ TEST(RefineBorder, CurvesAreBSplineCurves) {
 
                 std::vector<bool> used(actual.size(), false);
                 std::size_t n_expected = 0, n_compared = 0;
-                for (const Curve& c : curves) {
+                for (const test::SharpCurve& c : curves) {
                     const auto points = test::refined_polygon(c.polygon, d, l);
                     n_expected += points.size();
                     ASSERT_EQ(points.size(), std::size_t(c.polygon.n_edges() * (1 << l)) +
@@ -434,9 +377,11 @@ TEST(RefineBorder, WhatFollowsSharpnessOneIsPlain) {
             r.add_level();
             plain.add_level();
             expect_near(r.points(mesh.positions), plain.points(first));
-            r.add_level();
-            plain.add_level();
-            expect_near(r.points(mesh.positions), plain.points(first));
+            if (mesh.positions.size() < 60) {
+                r.add_level();
+                plain.add_level();
+                expect_near(r.points(mesh.positions), plain.points(first));
+            }
             // The tags did something.
             const Refinement smooth = refined(with_sharpness(mesh, 0), d, 1);
             if (d > 2) {
@@ -489,12 +434,13 @@ TEST(RefineBorder, AFractionMixesSharpAndSmooth) {
 // On the level where the fraction is left, two levels down: degree 2 mixes there alone, and
 // others are continuous where the sharpness passes whole numbers.
 TEST(RefineBorder, AFractionMixesOnItsLevel) {
-    for (const auto& [name, mesh] : tagged_meshes()) {
+    for (const test::NamedMesh& tagged : tagged_meshes()) {
+        const MeshData& mesh = tagged.data;
         const Topology base = test::topology_of(mesh);
         if (std::ranges::count(base.twin, kInvalidIndex) > 0)
             continue;  // for the time that it takes
         for (int d = 2; d <= 7; ++d) {
-            SCOPED_TRACE(at_degree(name, d));
+            SCOPED_TRACE(at_degree(tagged.name, d));
             const auto corners = [&](double s) {
                 const Refinement r = refined(with_sharpness(mesh, s), d, 2);
                 auto points = r.points(mesh.positions);
@@ -716,7 +662,7 @@ TEST(RefineBorder, PartsAreAsTheWhole) {
     for (int d = 2; d <= 7; ++d) {
         PartCounts counts;
         for (const auto& [name, mesh] : meshes) {
-            if (++seed % 3 != 0)
+            if (++seed % 4 != 0)
                 continue;
             SCOPED_TRACE(at_degree(name, d) + ", seed " + std::to_string(seed));
             expect_part_of_whole(mesh, d, 3, seed, counts);

@@ -607,6 +607,55 @@ Features features_of(const MeshData& mesh) {
     return *std::move(features);
 }
 
+std::vector<SharpCurve> sharp_curves(const MeshData& mesh) {
+    const Features f = with_border(topology_of(mesh), features_of(mesh));
+    const Topology t = topology_of(mesh);
+    const auto is_sharp = [&](Index h) { return f.edge(t.edge[h]) >= kInfinitelySharp; };
+    const auto n_sharp = [&](Index v) {
+        int n = 0;
+        t.for_each_edge(v, [&](Index e, Index) { n += f.edge(e) >= kInfinitelySharp; });
+        return n;
+    };
+    const auto is_pinned = [&](Index v) {
+        return f.vertex(v) >= kInfinitelySharp || n_sharp(v) > 2;
+    };
+    // The next sharp halfedge with the same faces on the left.
+    const auto onwards = [&](Index h) {
+        for (h = t.next(h); !is_sharp(h);)
+            h = t.next(t.twin[h]);
+        return h;
+    };
+    std::vector<bool> done(t.n_halfedges(), false);
+    std::vector<SharpCurve> curves;
+    // From corners and darts first; what is left are rings.
+    for (const bool from_ends : {true, false}) {
+        for (Index first = 0; first < t.n_halfedges(); ++first) {
+            const Index v = t.vertex[first];
+            const bool is_end = is_pinned(v) || n_sharp(v) == 1;
+            if (done[first] || !is_sharp(first) || (from_ends && !is_end))
+                continue;
+            SharpCurve c;
+            c.polygon.is_closed = !from_ends;
+            c.dart_at_start = from_ends && !is_pinned(v);
+            c.polygon.points.push_back(mesh.positions[v]);
+            for (Index h = first; !done[h]; h = onwards(h)) {
+                done[h] = true;
+                c.halfedges.push_back(h);
+                const Index to = t.to_vertex(h);
+                if (!from_ends && onwards(h) == first)
+                    continue;
+                c.polygon.points.push_back(mesh.positions[to]);
+                if (is_pinned(to) || n_sharp(to) == 1) {
+                    c.dart_at_end = !is_pinned(to);
+                    break;
+                }
+            }
+            curves.push_back(std::move(c));
+        }
+    }
+    return curves;
+}
+
 double diagonal(const MeshData& mesh) {
     Point low = mesh.positions.front(), high = low;
     for (const Point& p : mesh.positions) {

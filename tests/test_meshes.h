@@ -9,6 +9,7 @@
 #include "far/features.h"
 #include "far/mesh_data.h"
 #include "far/topology.h"
+#include "tests/spline_reference.h"
 
 /// Meshes built in code, the closed ones about the size of the unit sphere.
 namespace osdx::test {
@@ -89,6 +90,19 @@ Topology topology_of(const MeshData& mesh);
 
 /// Of the mesh and its tags; throws where they do not fit.
 Features features_of(const MeshData& mesh);
+
+/// A border or an infinitely sharp crease from one side, from corner to corner or all around.
+struct SharpCurve {
+    Polygon polygon;
+    std::vector<Index>
+        halfedges;  ///< of the edges of the polygon, with the face on the left
+    /// A smooth vertex is at this end: what is nearer to it than half the support of a
+    /// B-spline is another curve.
+    bool dart_at_start = false, dart_at_end = false;
+};
+
+/// All curves of a mesh with its tags; creases come twice.
+std::vector<SharpCurve> sharp_curves(const MeshData& mesh);
 
 /// Of the bounding box.
 double diagonal(const MeshData& mesh);
