@@ -494,8 +494,10 @@ TEST(ContinuityAtBorders, IsOfOrderDMinusOneInTheSplineParameters) {
             if (i >= n_infinite && (i + std::size_t(d)) % 6 != 0)
                 continue;  // for the time that it takes
             SCOPED_TRACE(name + " d" + std::to_string(d));
-            // Derivatives of an n-gon of 64 sides keep two digits less.
-            const double tolerance = name.starts_with("pole 64") ? 1e-11 : 1e-12;
+            // Derivatives of an n-gon of 64 sides keep a digit less, and so do those of
+            // order 6 of the blends of seventh powers in a border's correction.
+            const double tolerance =
+                name.starts_with("pole 64") || d == 7 ? 1e-11 : 1e-12;
             const auto counts = expect_order_d_minus_one(build(mesh, d), 16, tolerance);
             n_meshes += d <= kOrder;
             n_differ += d <= kOrder && counts.order_d > 1e-3;
