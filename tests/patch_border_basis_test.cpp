@@ -644,7 +644,7 @@ std::vector<double> knots_on_line(Values&& values) {
 // the border too, and those where the parameter of the border's curve is one.
 TEST(PatchBorderBasis, IsOfOrderDMinusOneAcrossItsKnots) {
     constexpr double step = 1e-9;
-    for (const auto& c : border_classes({2, 3, 4, 5}, 4)) {
+    for (const auto& c : border_classes({2, 3, 4}, 4)) {
         const int d = c.degree, n = c.n_sectors;
         const double intervals = c.kind == PatchKind::EV ? d - 1 : d;
         if (n == 1)

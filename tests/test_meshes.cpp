@@ -474,6 +474,44 @@ void set_boundary(MeshData& mesh, int rule) {
     mesh.tags.push_back({"interpolateboundary", {rule}, {}, {}, 0});
 }
 
+/// n quads around a vertex.
+MeshData one_ring(Index n) {
+    MeshData mesh;
+    mesh.positions.emplace_back(0, 0, 0.2);
+    for (Index i = 0; i < 2 * n; ++i) {
+        const double angle = pi * i / n, radius = i % 2 == 0 ? 0.5 : 0.8;
+        mesh.positions.emplace_back(radius * std::cos(angle), radius * std::sin(angle),
+                                    0);
+    }
+    for (Index i = 0; i < n; ++i)
+        add_face(mesh, {0, 2 * i + 1, 2 * i + 2, (2 * i + 2) % (2 * n) + 1});
+    return mesh;
+}
+
+/// An n-gon in a ring of quads, one at each side and one at each corner.
+MeshData ringed_face(Index n) {
+    MeshData mesh;
+    const auto ring = [&](double turns, double radius, double z) {
+        mesh.positions.emplace_back(radius * std::cos(2 * pi * turns / n),
+                                    radius * std::sin(2 * pi * turns / n), z);
+    };
+    std::vector<Index> face;
+    for (Index i = 0; i < n; ++i) {
+        face.push_back(4 * i);
+        ring(i, 0.4, 0.2);
+        ring(i - 0.25, 0.8, 0);  // across the side before the corner
+        ring(i, 1, -0.1);
+        ring(i + 0.25, 0.8, 0);
+    }
+    add_face(mesh, face);
+    for (Index i = 0; i < n; ++i) {
+        const Index c = 4 * i, next = 4 * ((i + 1) % n);
+        add_face(mesh, {c, c + 1, c + 2, c + 3});
+        add_face(mesh, {next, c, c + 3, next + 1});
+    }
+    return mesh;
+}
+
 std::vector<NamedMesh> sharp_meshes(double s) {
     std::vector<NamedMesh> meshes;
     const auto add = [&](std::string name, MeshData mesh) -> MeshData& {
@@ -554,6 +592,14 @@ std::vector<NamedMesh> sharp_meshes(double s) {
     {
         MeshData& mesh = add("rule none", unit_grid());
         set_boundary(mesh, 0);
+    }
+    {
+        MeshData& mesh = add("ring of 5 quads", one_ring(5));
+        set_boundary(mesh, 1);
+    }
+    {
+        MeshData& mesh = add("pentagon in a ring of quads", ringed_face(5));
+        set_boundary(mesh, 1);
     }
     {
         MeshData& mesh = add("strip with corners", scaled(grid(5, 1), 0.2));
