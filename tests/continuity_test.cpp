@@ -544,6 +544,18 @@ TEST(ContinuityAtBorders, CurvesAreBSplineCurvesFromBothSides) {
     EXPECT_GT(n_all, 10000);
 }
 
+// The patch of a smooth corner of degree 5 reaches over two faces. A crease one face away from
+// the border is in its way: found as a gap of 0.05 of the diagonal.
+TEST(ContinuityAtBorders, SmoothCornersKeepTheirDistanceFromCreases) {
+    MeshData mesh = random_displaced(grid(5, 4), 7, 0.1);
+    for (int j = 0; j < 4; ++j)
+        mesh.tags.push_back({"crease", {5 + j, 6 + j}, {10}, {}, 0});
+    for (const int d : {4, 5, 7}) {
+        const Surface s = build(mesh, d);
+        EXPECT_LE(measure_continuity(s).gap_max, 1e-14) << "d" << d;
+    }
+}
+
 // A spike, and a corner where curves end, is its vertex from every face.
 TEST(ContinuityAtBorders, PinnedVerticesAreOnTheSurface) {
     for (const auto& [name, mesh] : bordered_meshes()) {
