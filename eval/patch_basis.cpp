@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <numbers>
 
 namespace osdx {
 namespace {
@@ -33,30 +32,23 @@ std::array<double, 2 * kMaxDegree> extended_coefficients(int d) {
 }  // namespace
 
 PatchBasis::PatchBasis(const PatchClass& patch_class)
-    : class_(patch_class), n_(patch_class.n_polygon()), d_(patch_class.degree) {
+    : class_(patch_class),
+      polygon_(patch_class.n_polygon()),
+      n_(patch_class.n_polygon()),
+      d_(patch_class.degree) {
     const bool ev = class_.kind == PatchKind::EV;
     intervals_ = ev ? d_ - 1 : d_;
     columns_ = ev ? 2 * d_ - 1 : 2 * d_;
     if (class_.kind == PatchKind::Regular)
         return;
 
-    const double angle = std::numbers::pi / n_;
-    for (int k = 0; k < n_; ++k) {
-        // cos(pi/n) - cos((2k+1) pi/n), as a product: no cancellation, exact 0 on the side.
-        const double d = k == 0 || k == n_ - 1
-                             ? 0.0
-                             : 2 * std::sin(k * angle) * std::sin((k + 1) * angle);
-        vertex_distance_.push_back(d);
-        normals_.emplace_back(std::cos((2 * k - 1) * angle),
-                              std::sin((2 * k - 1) * angle));
-    }
     if (ev)
         extended_ = extended_coefficients(d_);
     build_tables();
     if (class_.border == PatchBorder::Spike) {
         std::vector<double> w(static_cast<std::size_t>(class_.n_points()), 0.0);
         const Jet<double, 0> f =
-            polygon_weights<0>(Domain<0>(*this, 0, {}, Chart::Native),
+            polygon_weights<0>(PolygonPoint<0>(polygon_, {}, Chart::Native),
                                [&](Index i, const Jet<double, 0>& x) { w[i] += x.c[0]; });
         for (double& x : w)
             x /= f.c[0];
@@ -82,10 +74,6 @@ void PatchBasis::build_tables() {
             add(net.axis_point(axis, j));
     }
     term_offsets_.push_back(static_cast<Index>(terms_.size()));
-}
-
-double PatchBasis::centre_distance() const noexcept {
-    return std::cos(std::numbers::pi / n_);
 }
 
 void PatchBasis::row_basis(int interval, double u, int order,
@@ -116,15 +104,7 @@ void PatchBasis::row_basis(int interval, double u, int order,
 Vec2<double> PatchBasis::quad_point(int sector, double a, double b) const noexcept {
     if (class_.is_single())
         return {a - b, a * b};
-    const double angle = std::numbers::pi / n_;
-    const auto at = [&](double turns, double radius) {
-        return Vec2<double>(radius * std::cos(turns * angle),
-                            radius * std::sin(turns * angle));
-    };
-    const double c = std::cos(angle);
-    const Vec2<double> left = at(2 * sector - 1, c), corner = at(2 * sector, 1),
-                       right = at(2 * sector + 1, c);
-    return a * (1 - b) * left + a * b * corner + (1 - a) * b * right;
+    return polygon_.sector_point({sector, a, b});
 }
 
 Vec2<double> PatchBasis::to_native(const DomainPoint& p) const noexcept {
@@ -142,30 +122,17 @@ DomainPoint PatchBasis::quad_place(Vec2<double> xy) const noexcept {
         return {0, std::clamp((root + xy.x) / 2, 0.0, 1.0),
                 std::clamp((root - xy.x) / 2, 0.0, 1.0)};
     }
-    const double angle = std::numbers::pi / n_;
-    int sector = static_cast<int>(std::lround(std::atan2(xy.y, xy.x) / (2 * angle)));
-    sector = (sector % n_ + n_) % n_;
+    const int sector = polygon_.sector_of(xy);
     if (class_.is_open() && sector >= class_.n_sectors) {
         // Beyond a border: to the nearer of the two.
         const int k = class_.n_sectors;
-        const double scale = 1 / centre_distance();
-        const double first = glm::dot(xy, normals_[0]) * scale,
-                     last = glm::dot(xy, normals_[k]) * scale;
+        const double scale = 1 / polygon_.centre_distance();
+        const double first = glm::dot(xy, polygon_.normal(0)) * scale,
+                     last = glm::dot(xy, polygon_.normal(k)) * scale;
         return first > last ? DomainPoint{0, std::clamp(first, 0.0, 1.0), 0}
                             : DomainPoint{k - 1, 0, std::clamp(last, 0.0, 1.0)};
     }
-    // Along the corner's direction: p = (a + b) c^2 + a b (1 - 2 c^2), c = cos(pi/n); across:
-    // q = (b - a) c sin(pi/n). With t = a + b this is a quadratic equation for t.
-    const double cs = std::cos(2 * sector * angle), sn = std::sin(2 * sector * angle);
-    const double p = xy.x * cs + xy.y * sn, q = xy.y * cs - xy.x * sn;
-    const double c = std::cos(angle), c2 = c * c;
-    const double difference = q / (c * std::sin(angle));
-    const double k2 = (1 - 2 * c2) / 4;
-    const double k0 = k2 * difference * difference + p;
-    const double root = std::sqrt(std::max(0.0, c2 * c2 + 4 * k2 * k0));
-    const double t = 2 * k0 / (c2 + root);
-    return {sector, std::clamp((t - difference) / 2, 0.0, 1.0),
-            std::clamp((t + difference) / 2, 0.0, 1.0)};
+    return polygon_.sector_place(sector, xy);
 }
 
 DomainPoint PatchBasis::from_native(Vec2<double> xy) const noexcept {
@@ -189,7 +156,8 @@ DomainPoint PatchBasis::from_native(Vec2<double> xy) const noexcept {
 }
 
 PatchBasis::SideParameters PatchBasis::side_parameters(const DomainPoint& p) const {
-    const Domain<0> domain(*this, p.sector, place<0>(p), Chart::Native);
+    const Place<0> at = place<0>(p);
+    const PolygonPoint<0> domain(polygon_, p.sector, at.a, at.b, Chart::Native, true);
     SideParameters r;
     for (int i = 0; i < n_; ++i) {
         r.s.push_back(domain.s(i).c[0]);

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "eval/domain.h"
 #include "eval/jet.h"
 #include "eval/mirrored_net.h"
 #include "far/patch_class.h"
@@ -15,27 +16,14 @@
 
 namespace osdx {
 
-/// The variables that derivatives are taken in.
-enum class Chart : std::uint8_t {
-    BaseUV,  ///< (u, v) of the base face; of the bilinear sector (a, b) for a PatchBasis
-    Native,  ///< (x, y) of the regular n-gon; (s, t) of [0,1]^2 for regular patches
-};
-
-/// A point of the domain of a patch; see PatchPoint.
-struct DomainPoint {
-    int sector = 0;
-    double a = 0, b = 0;
-};
-
 /// The basis functions of a class of patches, with the tables that they need.
 ///
-/// The domain of EV and EF patches is the regular n-gon v_i = (cos 2 pi i/n, sin 2 pi i/n);
-/// side i is the edge v_(i-1) v_i, and l_k is the distance to side k. Ribbon i is the
-/// tensor-product B-spline along side i in
+/// The domain of EV and EF patches is the n-gon of Polygon. Ribbon i is the tensor-product
+/// B-spline along side i in
 ///
 ///     s_i = l_(i-1) / (l_(i-1) + l_(i+1)),    h_i = sum of phi_j over j != i, i-1
 ///
-/// with Wachspress' coordinates phi. The patch is the sum of all ribbons, each column
+/// with Wachspress' coordinates phi (PolygonSideParameters). The patch is the sum of all ribbons, each column
 /// weighted by alpha_i = h_(i-1)^d / (h_(i-1)^d + h_i^d) or beta_i = h_(i+1)^d / (h_(i+1)^d +
 /// h_i^d) or both, over the sum f of all weights.
 /// Source: Hettinga and Kosinka, Multisided B-spline patches over extraordinary regions
@@ -108,8 +96,6 @@ private:
     template <int Order>
     using J = Jet<double, Order>;
     template <int Order>
-    class Domain;
-    template <int Order>
     class AxisDomain;
     template <int Order>
     class Triangle;
@@ -160,19 +146,16 @@ private:
     void row_basis(int interval, double u, int order,
                    std::span<double> out) const noexcept;
 
-    double centre_distance() const noexcept;
-
-    int cyclic(int i) const noexcept { return i < 0 ? i + n_ : i >= n_ ? i - n_ : i; }
+    int cyclic(int i) const noexcept { return polygon_.cyclic(i); }
 
     void build_tables();
 
     PatchClass class_;
-    int n_;                                // sides of the n-gon
-    int d_;                                // degree
-    int intervals_;                        // of a ribbon in both directions
-    int columns_;                          // of a ribbon
-    std::vector<double> vertex_distance_;  // m: of v_(k+m) to side k
-    std::vector<Vec2<double>> normals_;    // k: (cos, sin) of the direction to side k
+    Polygon polygon_;
+    int n_;          // sides of the n-gon
+    int d_;          // degree
+    int intervals_;  // of a ribbon in both directions
+    int columns_;    // of a ribbon
     // By ribbon, column, row; then by axis and point of its curve.
     std::vector<Index> term_offsets_;
     std::vector<MirroredNet::Term> terms_;

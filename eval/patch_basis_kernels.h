@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "eval/bspline_basis.h"
+#include "eval/domain.h"
 #include "eval/patch_basis.h"
 
 namespace osdx {
@@ -30,119 +31,6 @@ Jet<double, Order> PatchBasis::blend(const J<Order>& towards,
     return small ? one / (one + p) : p / (one + p);
 }
 
-/// Side parameters of the n-gon at one point, as jets, from the distances to the sides.
-template <int Order, class Distances>
-class PatchSideParameters {
-    using J = Jet<double, Order>;
-
-public:
-    /// \param sector  that the point lies in
-    PatchSideParameters(const Distances& distances, int sector, int n) noexcept
-        : distances_(distances), q_(sector), n_(n) {
-        const J lq = distance(q_), lq1 = distance(q_ + 1);
-        product_ = lq * lq1;
-        J rest;
-        for (int k = 2; k < n - 1; ++k)
-            rest += wachspress(cyclic(q_ + k));
-        const J before = wachspress(cyclic(q_ - 1)), after = wachspress(cyclic(q_ + 1));
-        inverse_ = J(1.0) / (rest + before + J(1.0) + after);
-        // Next to the sides at the corner h is a sum of positive terms, not 1 minus one.
-        h_q_ = (rest + after) * inverse_;
-        h_q1_ = (rest + before) * inverse_;
-    }
-
-    J distance(int k) const noexcept { return distances_.distance(cyclic(k)); }
-
-    J s(int i) const noexcept {
-        const J before = distance(i - 1);
-        return before / (before + distance(i + 1));
-    }
-
-    J h(int i) const noexcept {
-        if (i == q_)
-            return h_q_;
-        if (i == cyclic(q_ + 1))
-            return h_q1_;
-        return J(1.0) - (wachspress(i) + wachspress(cyclic(i - 1))) * inverse_;
-    }
-
-private:
-    int cyclic(int i) const noexcept { return i < 0 ? i + n_ : i >= n_ ? i - n_ : i; }
-
-    /// Weight i times l_q l_(q+1) / product of all l: no factor vanishes in the sector.
-    J wachspress(int i) const noexcept {
-        if (i == q_)
-            return J(1.0);
-        const int next = cyclic(i + 1);
-        if (next == q_)
-            return distance(q_ + 1) / distance(i);
-        if (i == cyclic(q_ + 1))
-            return distance(q_) / distance(next);
-        return product_ / (distance(i) * distance(next));
-    }
-
-    const Distances& distances_;
-    int q_, n_;
-    J product_, inverse_, h_q_, h_q1_;
-};
-
-/// A point of the n-gon.
-template <int Order>
-class PatchBasis::Domain {
-public:
-    Domain(const PatchBasis& basis, int sector, const Place<Order>& place,
-           Chart chart) noexcept
-        : basis_(basis),
-          sector_(sector),
-          place_(place),
-          chart_(chart),
-          plain_(chart == Chart::Native || !basis.class_.is_open()),
-          parameters_(*this, sector, basis.n_) {}
-
-    /// l_k, by its values at the corners of the sector's quad: exact 0 on side k.
-    J<Order> distance(int k) const noexcept {
-        const auto at = [&](int i) {
-            return basis_.vertex_distance_[basis_.cyclic(basis_.cyclic(i) - k)];
-        };
-        const int q = sector_;
-        const double centre = basis_.centre_distance();
-        const double left = 0.5 * (at(q - 1) + at(q)), corner = at(q),
-                     right = 0.5 * (at(q) + at(q + 1));
-        if (!plain_) {
-            const J<Order>&a = place_.a, &b = place_.b;
-            const J<Order> one(1.0), ab = a * b;
-            return (one - a - b + ab) * centre + (a - ab) * left + ab * corner +
-                   (b - ab) * right;
-        }
-        const double a = place_.a.c[0], b = place_.b.c[0];
-        J<Order> l((1 - a) * (1 - b) * centre + a * (1 - b) * left + a * b * corner +
-                   (1 - a) * b * right);
-        if constexpr (Order > 0) {
-            if (chart_ == Chart::Native) {
-                l.c[1] = -basis_.normals_[k].x;
-                l.c[2] = -basis_.normals_[k].y;
-            } else {
-                l.c[1] = (1 - b) * (left - centre) + b * (corner - right);
-                l.c[2] = (1 - a) * (right - centre) + a * (corner - left);
-                if constexpr (Order > 1)
-                    l.c[4] = centre - left + corner - right;
-            }
-        }
-        return l;
-    }
-
-    J<Order> s(int i) const noexcept { return parameters_.s(i); }
-    J<Order> h(int i) const noexcept { return parameters_.h(i); }
-
-private:
-    const PatchBasis& basis_;
-    int sector_;
-    Place<Order> place_;
-    Chart chart_;
-    bool plain_;  // the place is where it was asked for, or its derivatives do not count
-    PatchSideParameters<Order, Domain> parameters_;
-};
-
 /// The foot of a point on an axis of the n-gon: on the line from the centre to the middle of
 /// a side, at t = 0..1.
 template <int Order>
@@ -152,10 +40,8 @@ public:
         : basis_(basis), side_(side), t_(t), parameters_(*this, side, basis.n_) {}
 
     J<Order> distance(int k) const noexcept {
-        const auto at = [&](int i) {
-            return basis_.vertex_distance_[basis_.cyclic(basis_.cyclic(i) - k)];
-        };
-        const double centre = basis_.centre_distance();
+        const auto at = [&](int i) { return basis_.polygon_.vertex_distance(i, k); };
+        const double centre = basis_.polygon_.centre_distance();
         const double middle = 0.5 * (at(side_ - 1) + at(side_));
         // Of two terms, so that it is an exact 0 at the end.
         return (J<Order>(1.0) - t_) * centre + t_ * middle;
@@ -168,7 +54,7 @@ private:
     const PatchBasis& basis_;
     int side_;
     J<Order> t_;
-    PatchSideParameters<Order, AxisDomain> parameters_;
+    PolygonSideParameters<Order, AxisDomain> parameters_;
 };
 
 /// A point of the triangle (1,0), (0,1), (-1,0): barycentric coordinates, as jets. The first
@@ -437,7 +323,8 @@ Jet<double, Order> PatchBasis::for_each_weight(const DomainPoint& p, Chart chart
         return f;
     }
 
-    const Domain<Order> domain(*this, p.sector, at_place, chart);
+    const PolygonPoint<Order> domain(polygon_, p.sector, at_place.a, at_place.b, chart,
+                                     !class_.is_open());
     if (at_corner) {
         const int i = cyclic(p.sector + 1);  // starts at the corner
         ribbon_weights<Order>(i, domain.s(i), domain.h(i), one, one, f, sink);
@@ -447,7 +334,7 @@ Jet<double, Order> PatchBasis::for_each_weight(const DomainPoint& p, Chart chart
     if (class_.border == PatchBorder::Spike) {
         J<Order> b = f;
         for (int k = 0; k < n_; ++k)
-            b = b * power<Order>(domain.distance(k) * (1 / centre_distance()));
+            b = b * power<Order>(domain.distance(k) * (1 / polygon_.centre_distance()));
         sink(static_cast<Index>(class_.kind == PatchKind::EV ? 0 : class_.ef_centre()),
              b);
         for (Index i = 0; i < centre_weights_.size(); ++i)
@@ -460,10 +347,10 @@ Jet<double, Order> PatchBasis::for_each_weight(const DomainPoint& p, Chart chart
     for (int axis = 0; axis <= int(pinned); ++axis) {
         // The sides that the axis meets, and its coordinate: 1 on side i, -1 on side o.
         const int i = axis * k, o = i + n_ / 2;
-        J<Order> t = one - domain.distance(i) * (1 / centre_distance());
+        J<Order> t = one - domain.distance(i) * (1 / polygon_.centre_distance());
         const bool back = t.c[0] < 0;
         if (back)
-            t = domain.distance(cyclic(o)) * (-1 / centre_distance()) + one;
+            t = domain.distance(cyclic(o)) * (-1 / polygon_.centre_distance()) + one;
         const AxisDomain<Order> foot(*this, back ? cyclic(o) : i, t);
         // Twice the distance from the axis, by two sides that are mirror images in it.
         const int m = n_ / 4;
