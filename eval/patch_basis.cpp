@@ -41,6 +41,10 @@ PatchBasis::PatchBasis(const PatchClass& patch_class)
     columns_ = ev ? 2 * d_ - 1 : 2 * d_;
     if (class_.kind == PatchKind::Regular)
         return;
+    if (class_.kind == PatchKind::Gregory) {
+        gregory_.emplace(class_.n_sectors);
+        return;
+    }
 
     if (ev)
         extended_ = extended_coefficients(d_);
@@ -108,7 +112,7 @@ Vec2<double> PatchBasis::quad_point(int sector, double a, double b) const noexce
 }
 
 Vec2<double> PatchBasis::to_native(const DomainPoint& p) const noexcept {
-    if (class_.kind == PatchKind::Regular)
+    if (class_.is_square())
         return {p.a, p.b};
     const Place<0> at = place<0>(p);
     return quad_point(p.sector, at.a.c[0], at.b.c[0]);
@@ -136,7 +140,7 @@ DomainPoint PatchBasis::quad_place(Vec2<double> xy) const noexcept {
 }
 
 DomainPoint PatchBasis::from_native(Vec2<double> xy) const noexcept {
-    if (class_.kind == PatchKind::Regular)
+    if (class_.is_square())
         return {0, std::clamp(xy.x, 0.0, 1.0), std::clamp(xy.y, 0.0, 1.0)};
     const DomainPoint goal = quad_place(xy);
     DomainPoint p = goal;

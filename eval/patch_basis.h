@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "eval/domain.h"
+#include "eval/gregory_basis.h"
 #include "eval/jet.h"
 #include "eval/mirrored_net.h"
 #include "far/patch_class.h"
@@ -151,6 +153,7 @@ private:
     void build_tables();
 
     PatchClass class_;
+    std::optional<GregoryBasis> gregory_;  // of patches of that kind, which need no more
     Polygon polygon_;
     int n_;          // sides of the n-gon
     int d_;          // degree

@@ -295,6 +295,8 @@ void PatchBasis::correct(int axis, const J<Order>& scale, const J<Order>& h_i,
 template <int Order, class Sink>
 Jet<double, Order> PatchBasis::for_each_weight(const DomainPoint& p, Chart chart,
                                                Sink&& sink) const noexcept {
+    if (gregory_)
+        return gregory_->for_each_weight<Order>(p, chart, sink);
     if (class_.kind == PatchKind::Regular)
         return regular_weights<Order>(p.a, p.b, sink);
 

@@ -12,7 +12,8 @@ ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
       odd_(degree % 2 == 1),
       is_base_(is_base),
       midway_(!odd_ && !is_base),
-      fans_(level.topology.n_halfedges(), Fan::Irregular) {
+      fans_(level.topology.n_halfedges(), Fan::Irregular),
+      settled_(level.topology.n_vertices(), false) {
     std::vector<bool> sharp = vertices_at_sharp_faces();
     for (Index v = 0; v < level.topology.n_vertices(); ++v) {
         if (!sharp.empty() && sharp[v])
@@ -82,6 +83,7 @@ void ControlMesh::sort_fans(Index v) {
     }
     if (blocked)
         return;
+    settled_[v] = true;
 
     ring_.clear();
     t.for_each_outgoing(v, [&](Index h) { ring_.push_back(h); });

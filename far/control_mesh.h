@@ -50,6 +50,8 @@ public:
     /// Of the fan that the face of h is in, at the vertex where h starts.
     Fan fan(Index h) const noexcept { return fans_[h]; }
     std::span<const IrregularFan> irregular_fans() const noexcept { return irregular_; }
+    /// The point and all faces around are known, and no sharpness will end here.
+    bool is_settled(Index vertex) const noexcept { return settled_[vertex]; }
     /// A quad without anything in its middle.
     bool is_quad(Index face) const noexcept;
 
@@ -60,6 +62,7 @@ private:
     const RefinedLevel* level_;
     bool odd_, is_base_, midway_;
     std::vector<Fan> fans_;  // per halfedge
+    std::vector<bool> settled_;
     std::vector<IrregularFan> irregular_;
     std::vector<Index> ring_;
 };

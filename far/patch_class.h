@@ -11,6 +11,7 @@ enum class PatchKind : std::uint8_t {
     Regular,  ///< uniform B-spline of bi-degree d on [0,1]^2
     EV,       ///< n-sided, around an extraordinary vertex
     EF,       ///< n-sided, around a face that is no quad
+    Gregory,  ///< over a face of n corners; of degree 3
 };
 
 /// How the border of the surface, or a sharp edge, meets a patch of kind EV or EF.
@@ -32,6 +33,7 @@ enum class PatchBorder : std::uint8_t {
 /// At a border an EV has one spoke more than sectors; the first and the last are the border.
 /// An EF has then, after all corners, the points of the border curve 0..d-1 steps away
 /// across side 0, and those across side n. Pinned and spiked EF end with the centre.
+/// Gregory: see GregoryBasis; faces that are no quads have a centre point.
 struct PatchClass {
     PatchKind kind = PatchKind::Regular;
     int degree = 3;
@@ -66,11 +68,19 @@ struct PatchClass {
             case PatchKind::EF:
                 return ef_centre() +
                        (border == PatchBorder::Pinned || border == PatchBorder::Spike);
+            case PatchKind::Gregory:
+                return 5 * n_sectors + (n_sectors != 4);
         }
         return 0;
     }
 
-    /// Width of the chart in half-edges of the control mesh: of [0,1]^2 for regular patches,
+    /// The domain is [0,1]^2, not an n-gon.
+    bool is_square() const noexcept {
+        return kind == PatchKind::Regular ||
+               (kind == PatchKind::Gregory && n_sectors == 4);
+    }
+
+    /// Width of the chart in half-edges of the control mesh: of [0,1]^2 for square patches,
     /// of each sector for the others.
     int extent() const noexcept {
         switch (kind) {
@@ -80,6 +90,8 @@ struct PatchClass {
                 return degree - 1;
             case PatchKind::EF:
                 return degree;
+            case PatchKind::Gregory:
+                return is_square() ? 2 : 1;
         }
         return 0;
     }

@@ -135,8 +135,21 @@ private:
     std::vector<Index> nodes_;
 };
 
+/// What covers the surface where its neighbourhood is not regular.
+enum class PatchFamily : std::uint8_t {
+    Multisided,  ///< one patch over each extraordinary vertex or face; G^(d-1)
+    /// One patch over each face; degree 3, G1, close to the limit of Catmull and Clark
+    /// (Loop, Schaefer, Ni and Castaño 2009).
+    Gregory,
+};
+
 struct PatchTableOptions {
     int degree = 3;  ///< of the patches; kMinDegree to kMaxDegree
+    PatchFamily family = PatchFamily::Multisided;
+    /// Gregory: steps of refinement before patches are laid over faces that are not regular,
+    /// 0 to 10; the limit surface is closer by some factor of 4 to 6 with each. Semi-sharp
+    /// features are refined until they are used up in any case.
+    int levels = 0;
     /// Level to which the inner ends of infinitely sharp creases, and infinitely sharp
     /// vertices without creases, are refined: 0 to 16. One patch covers what is left around
     /// them. It joins its neighbours like all others, but inside it errs from the limit

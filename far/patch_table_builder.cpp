@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "far/control_mesh.h"
+#include "far/gregory_points.h"
 #include "far/patch_table.h"
 #include "far/refine.h"
 
@@ -30,6 +31,8 @@ class PatchTableBuilder {
 public:
     PatchTableBuilder(Topology base, Features features, const PatchTableOptions& options)
         : degree_(options.degree),
+          family_(options.family),
+          levels_(options.levels),
           isolation_(options.isolation),
           isolate_corners_(options.isolate_corners),
           refinement_(base, options.degree, features) {
@@ -197,6 +200,20 @@ private:
 
     void lay_patches() {
         const Topology& t = topology();
+        if (family_ == PatchFamily::Gregory) {
+            for (Index face = 0; face < cells_.size(); ++face) {
+                if (cells_[face] == Cover::Open)
+                    lay_regular_patch(face);
+            }
+            if (level_ >= levels_) {
+                const std::vector<bool> ready = faces_for_gregory();
+                for (Index face = 0; face < cells_.size(); ++face) {
+                    if (ready[face])
+                        lay_gregory_patch(face);
+                }
+            }
+            return;
+        }
         for (const IrregularFan& fan : mesh_->irregular_fans()) {
             const bool waits =
                 !fan.exact || (isolate_corners_ && fan.border == PatchBorder::Pinned);
@@ -369,13 +386,10 @@ private:
                     return;
             }
         }
-        if (level_ > 0) {
+        if (odd()) {
+            cover_face(c, cell);
+        } else if (level_ > 0) {
             covered_.push_back({cell, node_[cell], {kInvalidIndex, 0, 0, 0, 2, 0}});
-        } else if (odd()) {
-            for (int k = 0; k < 4; ++k) {
-                const auto corner = 2 * square_corner<int>(k);
-                covered_.push_back({cell, h + k, leaf(0, corner, k, 1)});
-            }
         } else {
             Index corner = h;
             int k = 0;
@@ -385,6 +399,76 @@ private:
             } while (corner != h && corner != kInvalidIndex);
         }
         commit(c);
+    }
+
+    /// Open faces whose corners are settled. At a vertex that is not regular the edges of
+    /// patches are no pieces of the limit surface, so that all of its faces wait for each other:
+    /// patches of different levels would not meet there.
+    std::vector<bool> faces_for_gregory() const {
+        const Topology& t = topology();
+        const bool smooth_triangles = refinement_.level(level_).features.smooth_triangles;
+        std::vector<bool> ready(t.n_faces()), regular(t.n_vertices(), true);
+        for (Index f = 0; f < t.n_faces(); ++f) {
+            // Refinement treats smooth triangles in a way of its own.
+            ready[f] =
+                cells_[f] == Cover::Open && !(smooth_triangles && t.face_size(f) == 3);
+            for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h) {
+                if (mesh_->fan(h) == Fan::Irregular || t.face_size(f) != 4)
+                    regular[t.vertex[h]] = false;
+                if (!mesh_->is_settled(t.vertex[h]))
+                    ready[f] = false;
+            }
+        }
+        std::vector<Index> waiting;
+        for (Index f = 0; f < t.n_faces(); ++f) {
+            if (cells_[f] == Cover::Open && !ready[f])
+                waiting.push_back(f);
+        }
+        while (!waiting.empty()) {
+            const Index f = waiting.back();
+            waiting.pop_back();
+            for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h) {
+                if (regular[t.vertex[h]])
+                    continue;
+                t.for_each_outgoing(t.vertex[h], [&](Index out) {
+                    if (!ready[t.face[out]])
+                        return;
+                    ready[t.face[out]] = false;
+                    waiting.push_back(t.face[out]);
+                });
+            }
+        }
+        return ready;
+    }
+
+    void lay_gregory_patch(Index face) {
+        const Topology& t = topology();
+        const RefinedLevel& level = refinement_.level(level_);
+        const int n = static_cast<int>(t.face_size(face));
+        const StencilTable rows = gregory_points(t, level.features, face);
+        const PatchClass c{PatchKind::Gregory, degree_, n};
+        begin_net(c);
+        for (Index r = 0; r < rows.n_rows(); ++r) {
+            for (std::size_t k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k)
+                net_[r].emplace_back(rows.indices[k], rows.weights[k]);
+        }
+        cover_face(c, face);
+        commit(c);
+    }
+
+    /// All of a face by one patch in its frame.
+    void cover_face(const PatchClass& c, Index face) {
+        const int n = static_cast<int>(topology().face_size(face));
+        if (level_ > 0) {
+            covered_.push_back({face, node_[face], {kInvalidIndex, 0, 0, 0, 2, 0}});
+            return;
+        }
+        const Index first = topology().face_offsets[face];
+        for (int k = 0; k < n; ++k) {
+            covered_.push_back({face, first + k,
+                                c.is_square() ? leaf(0, 2 * square_corner<int>(k), k, 1)
+                                              : leaf(k, {1, 1}, 2, 1)});
+        }
     }
 
     static bool same_extent(const ControlGrid& a, int axis_a, const ControlGrid& b,
@@ -581,7 +665,9 @@ private:
         table_.refined_points_ = std::move(chain.rows);
     }
 
-    int degree_, isolation_;
+    int degree_;
+    PatchFamily family_;
+    int levels_, isolation_;
     bool isolate_corners_;
     Refinement refinement_;
     PatchTable table_;
@@ -612,6 +698,14 @@ Result<PatchTable> build_patch_table(Topology base, Features features,
         return fail(ErrorCode::InvalidOption,
                     fmt::format("degree {} is not in {}..{}", options.degree, kMinDegree,
                                 kMaxDegree));
+    }
+    if (options.family == PatchFamily::Gregory && options.degree != 3) {
+        return fail(ErrorCode::InvalidOption,
+                    fmt::format("Gregory patches have degree 3, not {}", options.degree));
+    }
+    if (options.levels < 0 || options.levels > 10) {
+        return fail(ErrorCode::InvalidOption,
+                    fmt::format("{} levels are not in 0..10", options.levels));
     }
     if (options.isolation < 0 || options.isolation > 16) {
         return fail(ErrorCode::InvalidOption,

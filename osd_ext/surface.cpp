@@ -23,12 +23,19 @@ Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& optio
         {.ignore_tags = options.ignore_tags, .boundary = options.boundary});
     if (!features)
         return features.error();
-    if (const Status s = check_surface(data, topology, *features, options.degree); !s)
-        return s.error();
+    // Gregory patches take interior vertices of two faces.
+    if (options.family == PatchFamily::Multisided) {
+        const Status s = check_surface(data, topology, *features, options.degree);
+        if (!s)
+            return s.error();
+    }
 
     Result<PatchTable> table =
         build_patch_table(std::move(topology), std::move(*features),
-                          {.degree = options.degree, .isolation = options.isolation});
+                          {.degree = options.degree,
+                           .family = options.family,
+                           .levels = options.levels,
+                           .isolation = options.isolation});
     if (!table)
         return table.error();
 

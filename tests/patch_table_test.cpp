@@ -354,6 +354,8 @@ std::vector<std::vector<int>> net_faces(const PatchClass& c) {
                                      c.ef_point(next, q + 1, 0), c.ef_point(next, q, 0)});
             }
             break;
+        case PatchKind::Gregory:
+            break;  // no mesh of its own
     }
     return faces;
 }

@@ -30,6 +30,7 @@ struct CommandOptions {
     std::string shade = "phong";
     int degree = 3;
     int levels = 1;
+    int gregory_levels = 0;
     int rate = 8;
     int isolation = 8;
     int width = 960, height = 720;

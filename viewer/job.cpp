@@ -38,7 +38,11 @@ Result<Job> load_job(const CommandOptions& options) {
     if (!mesh)
         return in_file(mesh.error(), options.input);
     Stopwatch watch;
+    const PatchFamily family =
+        options.patch == "gregory" ? PatchFamily::Gregory : PatchFamily::Multisided;
     Result<Surface> surface = Surface::build(*mesh, {.degree = options.degree,
+                                                     .family = family,
+                                                     .levels = options.gregory_levels,
                                                      .ignore_tags = options.ignore_tags,
                                                      .boundary = options.boundary});
     if (!surface)

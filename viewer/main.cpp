@@ -56,10 +56,20 @@ struct Parser {
             ->check(CLI::Range(osdx::kMinDegree, osdx::kMaxDegree))
             ->capture_default_str();
     }
-    void patch(CLI::App* sub) {
-        sub->add_option("--patch", options.patch,
-                        "multisided, or catmark: the Catmull-Clark limit of OpenSubdiv")
-            ->check(CLI::IsMember({"multisided", "catmark"}))
+    /// \param with_limit  catmark, too
+    void patch(CLI::App* sub, bool with_limit) {
+        std::vector<std::string> names = {"multisided", "gregory"};
+        std::string text = "multisided, or gregory: one patch for each face, of degree 3";
+        if (with_limit) {
+            names.emplace_back("catmark");
+            text += "; or catmark: the Catmull-Clark limit of OpenSubdiv";
+        }
+        sub->add_option("--patch", options.patch, text)
+            ->check(CLI::IsMember(names))
+            ->capture_default_str();
+        sub->add_option("--levels", options.gregory_levels,
+                        "steps of refinement before Gregory patches")
+            ->check(CLI::Range(0, 10))
             ->capture_default_str();
     }
     void uv_rule(CLI::App* sub) {
@@ -93,6 +103,7 @@ void define(Parser& p) {
         p.add("info", "what a mesh holds and which patches it takes", osdx::info_command);
     p.mesh(info);
     p.degree(info);
+    p.patch(info, false);
 
     CLI::App* subdivide =
         p.add("subdivide", "refine a mesh uniformly", osdx::subdivide_command);
@@ -115,7 +126,7 @@ void define(Parser& p) {
     CLI::App* eval = p.add("eval", "evaluate points of a surface", osdx::eval_command);
     p.mesh(eval);
     p.degree(eval);
-    p.patch(eval);
+    p.patch(eval, true);
     eval->add_option("--at", p.options.at, "CSV with the header face,u,v")->required();
     p.out(eval, "CSV: position, derivatives, normal, curvatures");
 
@@ -123,7 +134,7 @@ void define(Parser& p) {
         p.add("tessellate", "a watertight mesh of the surface", osdx::tessellate_command);
     p.mesh(tessellate);
     p.degree(tessellate);
-    p.patch(tessellate);
+    p.patch(tessellate, true);
     p.rate(tessellate, 1);
     p.uv_rule(tessellate);
     p.out(tessellate, "OBJ, PLY, STL or GLB");
@@ -133,10 +144,7 @@ void define(Parser& p) {
               osdx::compare_command);
     p.mesh(compare);
     p.degree(compare);
-    // The limit surface is the other side of the comparison.
-    compare->add_option("--patch", p.options.patch, "multisided")
-        ->check(CLI::IsMember({"multisided"}))
-        ->capture_default_str();
+    p.patch(compare, false);  // the limit surface is the other side of the comparison
     p.rate(compare, 2);
     compare->add_option("--images", p.options.images, "a folder for pictures");
     compare
@@ -149,7 +157,7 @@ void define(Parser& p) {
         p.add("render", "a picture traced by Embree", osdx::render_command);
     p.mesh(render);
     p.degree(render);
-    p.patch(render);
+    p.patch(render, true);
     p.uv_rule(render);
     p.out(render, "a PNG file");
     render

@@ -81,6 +81,11 @@ Vec group_color(PatchKind kind, int n_sectors, int level) noexcept {
         {{250, 214, 90}, {242, 148, 62}, {222, 92, 66}, {188, 58, 92}, {136, 44, 104}}};
     constexpr std::array<Vec, 5> ef = {
         {{186, 220, 120}, {112, 190, 108}, {52, 152, 104}, {24, 118, 100}, {16, 84, 84}}};
+    constexpr std::array<Vec, 5> gregory = {{{208, 178, 222},
+                                             {176, 132, 204},
+                                             {148, 96, 186},
+                                             {116, 66, 162},
+                                             {82, 40, 128}}};
     const int by_n = n_sectors <= 4 ? 0 : std::min(n_sectors - 4, 4);
     switch (kind) {
         case PatchKind::Regular:
@@ -89,6 +94,8 @@ Vec group_color(PatchKind kind, int n_sectors, int level) noexcept {
             return to_linear(ev[by_n]);
         case PatchKind::EF:
             return to_linear(ef[by_n]);
+        case PatchKind::Gregory:
+            return to_linear(gregory[by_n]);
     }
     return {};
 }
@@ -991,7 +998,7 @@ PictureInput picture_input(const Surface& surface) {
         PatchLook look{c.kind, c.n_sectors, table.patch(p.patch).level, p.patch, {}};
         // The edges of a multisided patch are at a = 1 and b = 1.
         const auto to_edge = [&](double x) {
-            return (c.kind == PatchKind::Regular ? std::min(x, 1 - x) : 1 - x) / p.scale;
+            return (c.is_square() ? std::min(x, 1 - x) : 1 - x) / p.scale;
         };
         look.to_edge = {to_edge(p.a), to_edge(p.b)};
         if (p.quarter_turns % 2 != 0)

@@ -101,6 +101,7 @@ constexpr std::array kGroups = {
     ReportGroup{PatchKind::EF, PatchBorder::Smooth, "ef_border", "border EF"},
     ReportGroup{PatchKind::EF, PatchBorder::Pinned, "ef_pinned", "pinned EF"},
     ReportGroup{PatchKind::EF, PatchBorder::Spike, "ef_spike", "spiked EF"},
+    ReportGroup{PatchKind::Gregory, PatchBorder::None, "gregory", "Gregory"},
 };
 
 const ReportGroup& group_of(PatchKind kind, PatchBorder border) {
@@ -216,7 +217,6 @@ Json patch_counts(const PatchTable& table, std::optional<int> level) {
         else
             report[key] = counts[g].empty() ? 0 : counts[g].at(0);
     }
-    report["gregory"] = Json::object();
     return report;
 }
 
