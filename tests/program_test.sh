@@ -142,6 +142,14 @@ else
 fi
 "$osdx" render uv.obj --size 64 48 --shade checker --out checker.png 2>stderr ||
     grep -q 'built without Embree' stderr || fail "render checker: $(cat stderr)"
+if "$osdx" compare cube.obj --rate 2 --patch gregory --levels 1 --with multisided \
+    --json with.json >stdout 2>stderr; then
+    grep -q '"gregory": {' with.json && grep -q '"4": 24' with.json &&
+        grep -q '"patch": "multisided"' with.json || fail "compare: $(cat with.json)"
+else
+    grep -q 'built without OpenSubdiv' stderr || fail "compare: $(cat stderr)"
+fi
+refuses 1 'degree 3' info cube.obj --patch gregory --degree 4
 for shade in phong normals reflection mean gauss patches; do
     "$osdx" render cube.obj --size 64 48 --shade "$shade" --out "$shade.png" 2>stderr ||
         grep -q 'built without Embree' stderr || fail "render $shade: $(cat stderr)"

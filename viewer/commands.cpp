@@ -30,6 +30,20 @@ const char* plural(std::int64_t n) {
     return n == 1 ? "" : "s";
 }
 
+Json distance_report(const SurfaceDistance& d) {
+    return {{"distance_max", d.distance_max},
+            {"distance_rms", d.distance_rms},
+            {"normal_deg_max", d.normal_deg_max},
+            {"normal_deg_rms", d.normal_deg_rms},
+            {"samples", d.n_samples}};
+}
+
+std::string distance_line(const SurfaceDistance& d) {
+    return fmt::format(
+        "distance max {:.3e}, rms {:.3e}; normals max {:.3f}, rms {:.3f} degrees",
+        d.distance_max, d.distance_rms, d.normal_deg_max, d.normal_deg_rms);
+}
+
 /// What `compare` measures of one surface; used by `demo` for its table.
 struct Measures {
     SurfaceDistance limit;
@@ -37,12 +51,7 @@ struct Measures {
     double seconds_points = 0, seconds_evaluate = 0;
 
     Json report() const {
-        return {{"limit",
-                 {{"distance_max", limit.distance_max},
-                  {"distance_rms", limit.distance_rms},
-                  {"normal_deg_max", limit.normal_deg_max},
-                  {"normal_deg_rms", limit.normal_deg_rms},
-                  {"samples", limit.n_samples}}},
+        return {{"limit", distance_report(limit)},
                 {"continuity",
                  {{"gap_max", continuity.gap_max},
                   {"normal_jump_deg_max", continuity.normal_jump_deg_max},
@@ -202,6 +211,36 @@ Result<RefinedTexture> refine_texture(const MeshData& data, const Topology& base
         texture.uvs.emplace_back(p.x, p.y);
     texture.face_uvs = std::move(topology.vertex);
     return texture;
+}
+
+Json family_report(const Job& job, const Measures& m) {
+    Json report = {{"patches", patch_counts(job.surface.patches())}};
+    report.update(m.report());
+    report["seconds"] = {{"build", job.seconds_build},
+                         {"points", m.seconds_points},
+                         {"evaluate", m.seconds_evaluate}};
+    return report;
+}
+
+std::string family_lines(const CommandOptions& options, const Job& job,
+                         const Measures& m) {
+    const Continuity& c = m.continuity;
+    std::string lines = fmt::format("{} patches (degree {}): {}\n", options.patch,
+                                    options.degree, patch_summary(job.surface.patches()));
+    lines +=
+        fmt::format("  to the Catmull-Clark limit, over the bounding-box diagonal: {}\n",
+                    distance_line(m.limit));
+    lines += fmt::format(
+        "  across patch edges: gap {:.1e} of the diagonal, normal jump {:.1e} degrees, "
+        "curvature jump {:.1e} of the largest\n",
+        c.gap_max, c.normal_jump_deg_max, c.curvature_jump_max);
+    if (c.n_sharp_samples > 0) {
+        lines += fmt::format(
+            "  across infinitely sharp edges: angles between normals up to {:.1f} "
+            "degrees\n",
+            c.sharp_normal_jump_deg_max);
+    }
+    return lines;
 }
 
 }  // namespace
@@ -396,43 +435,39 @@ Status compare_command(const CommandOptions& options) {
         }
     }
 
-    const Continuity& c = m->continuity;
-    Json report = {
-        {"mesh", mesh_report(base)},
-        {"degree", options.degree},
-        {"patches", patch_counts(job->surface.patches())},
-    };
-    report.update(m->report());
+    Json report = {{"mesh", mesh_report(base)}, {"degree", options.degree}};
+    report.update(family_report(*job, *m));
     report["limit"]["isolation"] = options.isolation;
     report["limit"]["isolation_error"] = *error;
-    report["seconds"] = {{"build", job->seconds_build},
-                         {"points", m->seconds_points},
-                         {"evaluate", m->seconds_evaluate}};
+
+    std::string lines = family_lines(options, *job, *m);
+    lines += fmt::format("(limit of OpenSubdiv at isolation {}, itself within {:.1e})\n",
+                         options.isolation, *error);
+    if (!options.with.empty()) {
+        CommandOptions others = options;
+        others.patch = options.with;
+        Result<Job> other = load_job(others);
+        if (!other)
+            return other.error();
+        const Result<Measures> n = measure(*other, *limit, options.rate, progress);
+        if (!n)
+            return in_file(n.error(), options.input);
+        progress.stage("measuring the distance between the two");
+        const auto between = measure_distance(base, job->surface.features(),
+                                              job->function(), other->function(),
+                                              options.rate + options.rate % 2, diagonal);
+        if (!between)
+            return in_file(between.error(), options.input);
+        report["with"] = family_report(*other, *n);
+        report["with"]["patch"] = options.with;
+        report["with"]["distance"] = distance_report(*between);
+        lines += family_lines(others, *other, *n);
+        lines += fmt::format("between {} and {}: {}\n", options.patch, options.with,
+                             distance_line(*between));
+    }
     if (const Status s = write_report(options, report); !s)
         return s;
-    progress.print(fmt::format("patches (degree {}): {}\n", options.degree,
-                               patch_summary(job->surface.patches())));
-    progress.print(fmt::format(
-        "distance to the Catmull-Clark limit, over the bounding-box diagonal: max "
-        "{:.3e}, rms "
-        "{:.3e}\n",
-        m->limit.distance_max, m->limit.distance_rms));
-    progress.print(
-        fmt::format("  (limit of OpenSubdiv at isolation {}, itself within {:.1e})\n",
-                    options.isolation, *error));
-    progress.print(fmt::format("angle to its normals: max {:.3f}, rms {:.3f} degrees\n",
-                               m->limit.normal_deg_max, m->limit.normal_deg_rms));
-    progress.print(fmt::format(
-        "across patch edges: gap {:.1e} of the diagonal, normal jump {:.1e} degrees, "
-        "curvature "
-        "jump {:.1e} of the largest\n",
-        c.gap_max, c.normal_jump_deg_max, c.curvature_jump_max));
-    if (c.n_sharp_samples > 0) {
-        progress.print(
-            fmt::format("across infinitely sharp edges: angles between normals up to "
-                        "{:.1f} degrees\n",
-                        c.sharp_normal_jump_deg_max));
-    }
+    progress.print(lines);
     return ok();
 }
 

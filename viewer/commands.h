@@ -27,6 +27,7 @@ struct CommandOptions {
     std::filesystem::path json;
     std::filesystem::path images;
     std::string patch = "multisided";
+    std::string with;  ///< another family, to compare
     std::string shade = "phong";
     int degree = 3;
     int levels = 1;

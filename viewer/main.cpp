@@ -145,6 +145,10 @@ void define(Parser& p) {
     p.mesh(compare);
     p.degree(compare);
     p.patch(compare, false);  // the limit surface is the other side of the comparison
+    compare
+        ->add_option("--with", p.options.with,
+                     "a second family of patches, measured as well and against the first")
+        ->check(CLI::IsMember({"multisided", "gregory"}));
     p.rate(compare, 2);
     compare->add_option("--images", p.options.images, "a folder for pictures");
     compare
