@@ -90,7 +90,7 @@ void ControlMesh::sort_fans(Index v) {
     const auto first = std::ranges::find_if(ring_, [&](Index h) { return is_cut(h); });
     const bool open = first != ring_.end();
     if (open)
-        std::ranges::rotate(ring_, first);
+        std::rotate(ring_.begin(), first, ring_.end());
     for (std::size_t begin = 0, end; begin < ring_.size(); begin = end) {
         for (end = begin + 1; end < ring_.size() && !is_cut(ring_[end]);)
             ++end;

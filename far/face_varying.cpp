@@ -129,7 +129,7 @@ private:
                 result.push_back(h);
         });
         if (t.vertex[result.front()] != t.vertex[mesh_.vertex_halfedge[v]])
-            std::ranges::rotate(result, result.end() - 1);
+            std::rotate(result.begin(), result.end() - 1, result.end());
         return result;
     }
 

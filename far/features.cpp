@@ -32,8 +32,12 @@ public:
     /// All edges of two vertices: faces that share two neighbouring edges may have several.
     std::span<const std::pair<std::pair<Index, Index>, Index>> find(Index a,
                                                                     Index b) const {
-        return std::ranges::equal_range(edges_, std::pair(std::minmax({a, b})), {},
-                                        [](const auto& e) { return e.first; });
+        const std::pair<Index, Index> vertices = std::minmax({a, b});
+        const auto first = std::ranges::lower_bound(
+            edges_, vertices, {}, [](const auto& e) { return e.first; });
+        const auto last = std::find_if(
+            first, edges_.end(), [&](const auto& e) { return e.first != vertices; });
+        return {first, last};
     }
 
 private:

@@ -302,7 +302,7 @@ private:
             const auto first = std::ranges::find_if(corners_, [&](Index h) {
                 return level.point_kinds[t.vertex[t.prev(h)]] == PointKind::Curve;
             });
-            std::ranges::rotate(corners_, first);
+            std::rotate(corners_.begin(), first, corners_.end());
         }
         const int n = c.n_sectors = static_cast<int>(corners_.size());
         if ((c.border == PatchBorder::Smooth && n == 2) ||

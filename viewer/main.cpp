@@ -40,10 +40,10 @@ struct Parser {
         sub->add_option("MESH", options.input, "an OBJ, OFF or PLY file")->required();
         sub->add_flag("--ignore-tags", options.ignore_tags,
                       "take the mesh as if it had no tags (creases, corners, holes)");
-        const auto& rules = osdx::kBoundaryRuleNames;
+        static constexpr auto& rules = osdx::kBoundaryRuleNames;
         sub->add_option_function<std::string>(
                "--boundary",
-               [this, &rules](const std::string& name) {
+               [this](const std::string& name) {
                    const auto at = std::ranges::find(rules, name) - rules.begin();
                    options.boundary = static_cast<osdx::BoundaryRule>(at);
                },
