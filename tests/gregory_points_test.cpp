@@ -240,6 +240,18 @@ TEST(FanMasks, HaveTheStatedSumsAndTurnByTheCosine) {
     }
 }
 
+TEST(FanMasks, TunedTangentsHaveTheStatedLengths) {
+    const std::pair<int, double> lengths[] = {
+        {2, 1},      {3, 0.88},   {4, 1},       {5, 0.96},    {6, 0.9},    {7, 0.7697},
+        {8, 0.7100}, {9, 0.6587}, {10, 0.6143}, {12, 0.5413}, {20, 0.3672}};
+    for (const auto& [n, g] : lengths) {
+        const FanShape fan{n, false, false};
+        const FanMask paper = paper_tangents(fan, 1), tuned = tuned_tangents(fan, 1);
+        for (std::size_t k = 1; k < paper.size(); ++k)
+            EXPECT_NEAR(tuned[k], g * paper[k], 5e-5 * std::abs(paper[k])) << "n " << n;
+    }
+}
+
 // The exact mask of three faces, as numbers from an independent eigenanalysis.
 TEST(FanMasks, ThreeFacesAtABorderHaveTheKnownCrossTangent) {
     const FanShape fan{3, true, false};
