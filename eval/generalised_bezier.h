@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "eval/bernstein_basis.h"
 #include "eval/domain.h"
@@ -38,7 +39,8 @@ enum class CentrePoint : std::uint8_t {
 ///
 /// The points (i, d - a, b) and (i + 1, b, a) with a, b < l stand for the same place. Where
 /// they are the same points the patch has the derivatives below l of its ribbons at their
-/// sides, and with n = 4 and odd d it is the tensor product. It takes l = 2 rows that differ in
+/// sides, and with n = 4 it is the tensor product: for even d with C for its middle point,
+/// for odd d without any. It takes l = 2 rows that differ in
 /// (1, 1) alone, the twists of Gregory, just as well.
 /// Source: Várady, Salvi and Karikó, A multi-sided Bézier patch with a simple control
 /// structure (2016); Hettinga, Arbitrary topology meshes in geometric design and vector
@@ -119,15 +121,21 @@ private:
     template <int Order>
     std::array<J<Order>, kMaxDegree + 1> bernstein(const J<Order>& x) const noexcept;
 
-    /// x^(l-1) / (x^(l-1) + y^(l-1)) for x + y = 1.
+    /// x^(l-1) / (x^(l-1) + y^(l-1)), given x + y.
     template <int Order>
-    J<Order> sharpen(const J<Order>& x, const J<Order>& y) const noexcept {
-        J<Order> a = x, b = y;
+    J<Order> sharpen(const J<Order>& x, const J<Order>& y,
+                     const J<Order>& sum) const noexcept {
+        const J<Order> x1 = x / sum;
+        if (l_ == 2)
+            return x1;
+        // Of parts of the sum, so that powers do not vanish.
+        const J<Order> y1 = y / sum;
+        J<Order> a = x1, b = y1;
         for (int m = 2; m < l_; ++m) {
-            a = a * x;
-            b = b * y;
+            a = a * x1;
+            b = b * y1;
         }
-        return l_ == 2 ? a : a / (a + b);
+        return a / (a + b);
     }
 
     /// From the corner v_q to a point, in a chart.
@@ -203,7 +211,7 @@ public:
     /// mu of ribbon i, towards another side.
     J<Order> blend(int side, int i) const noexcept {
         const J<Order> x = domain_.h(side), y = domain_.h(i), sum = x + y;
-        return basis_.template sharpen<Order>(x / sum, y / sum);
+        return basis_.template sharpen<Order>(x, y, sum);
     }
 
     /// The derivatives of a weight of the ribbon that ends (m = 0) or starts (m = 1) there,
@@ -244,34 +252,35 @@ Jet<double, Order> GeneralisedBezierBasis::for_each_weight(const DomainPoint& p,
         corner.emplace(*this, p, chart);
 
     const PolygonPoint<Order> domain(polygon_, p, chart);
-    J<Order> f;
+    J<Order> f, h_before = domain.h(n - 1), h = domain.h(0);
     for (int i = 0; i < n; ++i) {
+        const J<Order> h_after = domain.h(polygon_.cyclic(i + 1));
+        const J<Order> h_i = std::exchange(h, h_after);
+        const J<Order> h_last = std::exchange(h_before, h_i);
         // Of the ribbon that ends (0) or starts (1) at the corner.
         const int m = i == q ? 0 : i == polygon_.cyclic(q + 1) ? 1 : -1;
         // The others are of order 3 at the corner, and s_i has no value there for n = 3.
         if (distance < kCorner && m < 0)
             continue;
-        const J<Order> h = domain.h(i);
         J<Order> s = domain.s(i);
         if (m == 0 && distance == 0)
             s.c[0] = 1;  // but for rounding
-        const auto columns = bernstein<Order>(s), rows = bernstein<Order>(h);
-        const auto blend = [&](int side, bool at_corner) {
-            const J<Order> towards = domain.h(side), sum = towards + h;
+        const auto columns = bernstein<Order>(s), rows = bernstein<Order>(h_i);
+        const auto blend = [&](int side, const J<Order>& towards, bool at_corner) {
+            const J<Order> sum = towards + h_i;
             Blend<Order> r;
-            r.value = sum.c[0] > 0
-                          ? sharpen<0>(towards.c[0] / sum.c[0], h.c[0] / sum.c[0]).c[0]
-                          : 0.5;
+            r.value =
+                sum.c[0] > 0 ? sharpen<0>(towards.c[0], h_i.c[0], sum.c[0]).c[0] : 0.5;
             if (at_corner && corner)
                 r.mu = corner->blend(side, i);
             else if (sum.c[0] > 0)
-                r.mu = sharpen<Order>(towards / sum, h / sum);
+                r.mu = sharpen<Order>(towards, h_i, sum);
             return r;
         };
-        const Blend<Order> alpha = blend(polygon_.cyclic(i - 1), m == 1),
-                           beta = blend(polygon_.cyclic(i + 1), m == 0);
+        const Blend<Order> alpha = blend(polygon_.cyclic(i - 1), h_last, m == 1),
+                           beta = blend(polygon_.cyclic(i + 1), h_after, m == 0);
         for (int j = 0; j <= d_; ++j) {
-            const bool first = j<l_, last = j> d_ - l_;
+            const bool first = j < l_, last = d_ - j < l_;
             for (int k = 0; k < l_; ++k) {
                 J<Order> w = columns[j] * rows[k];
                 if (first || last) {

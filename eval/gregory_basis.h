@@ -4,10 +4,12 @@
 #pragma once
 
 #include <array>
+#include <span>
 
 #include "eval/domain.h"
 #include "eval/generalised_bezier.h"
 #include "eval/jet.h"
+#include "eval/surface_jet.h"
 #include "far/types.h"
 
 namespace osdx {
@@ -81,6 +83,16 @@ public:
     /// What the centre point is multiplied by at the centre of the domain: 1 - f there.
     double centre_weight() const noexcept { return 1 - 2.0 / n() * (3 - 4.0 / n()); }
 
+    /// The unit normal at a corner: that of the tangents or, where they are opposite, as at a
+    /// smooth corner of the border with one face, the limit of the normals nearby,
+    ///
+    ///     (e+ - p) x (9 (f - p) + 6 (p - 2 e+ + e_next-)).
+    ///
+    /// 0 where that vanishes too.
+    /// \pre points.size() == n_points()
+    template <class T>
+    Vec3<T> corner_normal(std::span<const Vec3<T>> points, int corner) const noexcept;
+
 private:
     /// The control point of a point of the ribbons.
     Index ribbon_point(Index i) const noexcept {
@@ -101,6 +113,24 @@ private:
 
     GeneralisedBezierBasis ribbons_;
 };
+
+template <class T>
+Vec3<T> GregoryBasis::corner_normal(std::span<const Vec3<T>> points,
+                                    int corner) const noexcept {
+    const auto at = [&](int i, Point kind) {
+        return Vec3<double>(points[point(i, kind)]);
+    };
+    const Vec3<double> p = at(corner, P), plus = at(corner, EPlus) - p,
+                       next = at(ribbons_.polygon().cyclic(corner + 1), EMinus) - p;
+    SurfaceJet<T> jet;
+    jet.du = Vec3<T>(plus);
+    jet.dv = Vec3<T>(at(corner, EMinus) - p);
+    const Vec3<T> n = normal(jet);
+    if (n != Vec3<T>(0))
+        return n;
+    jet.dv = Vec3<T>(9.0 * (at(corner, FPlus) - p) + 6.0 * (next - 2.0 * plus));
+    return normal(jet);
+}
 
 template <int Order>
 Jet<double, Order> GregoryBasis::blended(Jet<double, Order> x,

@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <new>
 
+#include "eval/generalised_bezier.h"
+#include "eval/gregory_basis.h"
 #include "osd_ext/surface.h"
 #include "tests/test_meshes.h"
 
@@ -67,6 +69,27 @@ TEST(Queries, DoNotAllocate) {
                 << "degree " << degree << ", " << mesh.positions.size() << " vertices";
             EXPECT_TRUE(std::isfinite(sum));
         }
+    }
+}
+
+TEST(Queries, OfBezierAndGregoryPatchesDoNotAllocate) {
+    for (const int n : {3, 4, 5, 40}) {
+        const GregoryBasis gregory(n);
+        const GeneralisedBezierBasis bezier(n, 7);
+        const long before = n_allocations;
+        double sum = 0;
+        const auto add = [&](Index, const auto& w) { sum += w.c[0]; };
+        for (const DomainPoint& p :
+             {DomainPoint{0, 0.3, 0.8}, {1, 1, 1}, {2, 0.9999, 0.9998}}) {
+            for (const Chart chart : {Chart::BaseUV, Chart::Native}) {
+                gregory.for_each_weight<0>(p, chart, add);
+                gregory.for_each_weight<2>(p, chart, add);
+                bezier.for_each_weight<2>(p, chart, add);
+            }
+            sum += gregory.from_native(gregory.to_native(p)).a;
+        }
+        EXPECT_EQ(n_allocations, before) << "n " << n;
+        EXPECT_TRUE(std::isfinite(sum));
     }
 }
 

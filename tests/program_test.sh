@@ -127,6 +127,11 @@ succeeds out.csv -- eval cube.obj --degree 4 --at at.csv --out out.csv
     fail "eval: $(cat out.csv)"
 succeeds net.json -- patch "$data/thesis_EV_d3_n5.json" --out net.json
 grep -q '"dxy"' net.json || fail "patch: no dxy"
+succeeds gregory.json -- patch "$data/acc2_n5.json" --out gregory.json
+for key in paper tuned control centre_point pos d1 d2 d11 d12 d22; do
+    grep -q "\"$key\"" gregory.json || fail "patch: no $key"
+done
+succeeds gregory.json -- patch "$data/acc2_n4.json" --out gregory.json
 
 if "$osdx" compare cube.obj --rate 2 --json compare.json >stdout 2>stderr; then
     for key in boundary_edges regular distance_rms normal_deg_max gap_max \
@@ -241,6 +246,20 @@ printf 'face,u\n' >head.csv
 refuses 1 '^osdx: head.csv:1: ' eval cube.obj --at head.csv --out x.csv
 echo '{"kind": "EV", "n": 5, "d": 3, "control": [], "samples": []}' >net_bad.json
 refuses 1 '^osdx: net_bad.json: .*31 points' patch net_bad.json --out x.json
+mesh='"vertices": [[0,0,0],[1,0,0],[0,1,0]], "faces": [[0,1,2]]'
+samples='"paper": {"domain": [[0,0]]}, "tuned": {"domain": [[0,0],[2,9]]}'
+echo "{\"mesh\": {$mesh}, $samples}" >net_good.json
+succeeds net.json -- patch net_good.json --out net.json
+echo "{\"mesh\": {$mesh}}" >net_bad.json
+refuses 1 '^osdx: net_bad.json: .*domain' patch net_bad.json --out x.json
+echo "{\"mesh\": {${mesh/1,2]]/1,3]]}}, $samples}" >net_bad.json
+refuses 1 '^osdx: net_bad.json: .*vertex 3' patch net_bad.json --out x.json
+echo "{\"mesh\": {${mesh/1,2]]/1,1]]}}, $samples}" >net_bad.json
+refuses 1 '^osdx: net_bad.json: .*face 0' patch net_bad.json --out x.json
+echo "{\"mesh\": {$mesh, \"inf_creases\": [[0,0]]}, $samples}" >net_bad.json
+refuses 1 '^osdx: net_bad.json: .*share no edge' patch net_bad.json --out x.json
+echo "{\"mesh\": 7, $samples}" >net_bad.json
+refuses 1 '^osdx: net_bad.json: ' patch net_bad.json --out x.json
 refuses 1 '^osdx: cube.obj: .*texture coordinates' render cube.obj --shade checker --out x.png
 refuses 1 'patch|built without' render cube.obj --patch catmark --shade patches --out x.png
 refuses 1 'x.step' tessellate cube.obj --out x.step

@@ -6,12 +6,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "osd_ext/surface.h"
 #include "tests/test_meshes.h"
+#include "viewer/commands.h"
 
 namespace osdx {
 namespace {
@@ -109,6 +113,43 @@ TEST(Report, Patches) {
     ASSERT_TRUE(dual);
     EXPECT_EQ(patch_summary(dual->patches()).find("EV"), std::string::npos);
     EXPECT_EQ(patch_counts(dual->patches())["ef"]["3"], 8);
+}
+
+void expect_near(const Json& actual, const Json& expected, const std::string& what) {
+    ASSERT_EQ(actual.is_array(), expected.is_array()) << what;
+    if (!actual.is_array()) {
+        const auto e = expected.get<double>();
+        EXPECT_NEAR(actual.get<double>(), e, 1e-11 * (1 + std::abs(e))) << what;
+        return;
+    }
+    ASSERT_EQ(actual.size(), expected.size()) << what;
+    for (std::size_t i = 0; i < actual.size(); ++i)
+        expect_near(actual[i], expected[i], what + ' ' + std::to_string(i));
+}
+
+TEST(PatchCommand, WritesTheGregoryPatchesOfReferenceFiles) {
+    const auto out = std::filesystem::path(testing::TempDir()) / "osdx_gregory.json";
+    for (const std::string n : {"3", "4", "5", "8"}) {
+        SCOPED_TRACE(n);
+        CommandOptions options;
+        options.input = std::filesystem::path(OSDX_TEST_DATA) / ("acc2_n" + n + ".json");
+        options.out = out;
+        ASSERT_TRUE(patch_command(options));
+        std::ifstream written(out), reference(options.input);
+        const Json actual = Json::parse(written), expected = Json::parse(reference);
+        for (const std::string patch : {"paper", "tuned"}) {
+            for (const char* key :
+                 {"control", "domain", "pos", "d1", "d2", "d11", "d12", "d22"})
+                expect_near(actual.at(patch).at(key), expected.at(patch).at(key),
+                            patch + '.' + key);
+            ASSERT_EQ(actual[patch].contains("centre_point"), n != "4");
+            if (n != "4") {
+                expect_near(actual[patch]["centre_point"],
+                            expected[patch]["centre_point"], "centre");
+            }
+        }
+    }
+    std::filesystem::remove(out);
 }
 
 }  // namespace

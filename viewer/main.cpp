@@ -117,9 +117,11 @@ void define(Parser& p) {
           "the refined mesh: OBJ (with the tags that are left and, for odd degrees, the "
           "texture coordinates), OFF or PLY");
 
-    CLI::App* patch =
-        p.add("patch", "evaluate one patch from its control net", osdx::patch_command);
-    patch->add_option("NET", p.options.input, "a JSON file: kind, n, d, control, samples")
+    CLI::App* patch = p.add("patch", "evaluate one patch from its control net or mesh",
+                            osdx::patch_command);
+    patch
+        ->add_option("NET", p.options.input,
+                     "a JSON file: kind, n, d, control, samples; or mesh, paper, tuned")
         ->required();
     p.out(patch, "the samples with their derivatives: JSON");
 

@@ -8,7 +8,10 @@
 #include <fstream>
 #include <ostream>
 
+#include "eval/gregory_basis.h"
 #include "eval/patch_basis.h"
+#include "far/gregory_points.h"
+#include "far/mesh.h"
 #include "osd_ext/export.h"
 #include "viewer/commands.h"
 #include "viewer/job.h"
@@ -52,20 +55,43 @@ bool read_int(const Json& j, const char* key, int least, int most, int& out) {
     return value >= least && value <= most;
 }
 
-Result<Net> read_net(const std::filesystem::path& file) {
+Result<Json> read_json(const std::filesystem::path& file) {
     std::ifstream in(file);
     if (!in)
         return in_file(fail(ErrorCode::FileUnreadable, "the file cannot be opened"),
                        file);
-    const Json j = Json::parse(in, nullptr, false);
+    Json j = Json::parse(in, nullptr, false);
     if (j.is_discarded() || !j.is_object())
         return bad_net(file, "this is no JSON object");
+    return j;
+}
+
+/// An array of N-tuples of finite numbers.
+template <int N, class Point>
+Status read_points(const Json& j, const std::string& name, std::vector<Point>& points) {
+    if (!j.is_array())
+        return fail(ErrorCode::FileFormat, fmt::format("'{}' is not an array", name));
+    for (const Json& p : j) {
+        double x[N];
+        if (!read_numbers<N>(p, x)) {
+            return fail(
+                ErrorCode::FileFormat,
+                fmt::format("'{}' {} is not {} finite numbers", name, points.size(), N));
+        }
+        Point& point = points.emplace_back();
+        for (int i = 0; i < N; ++i)
+            point[i] = x[i];
+    }
+    return ok();
+}
+
+Result<Net> read_net(const Json& j, const std::filesystem::path& file) {
     Net net;
     const std::string kind = j.contains("kind") && j["kind"].is_string()
                                  ? j["kind"].get<std::string>()
                                  : std::string();
     if (kind != "EV" && kind != "EF")
-        return bad_net(file, "'kind' is not \"EV\" or \"EF\"");
+        return bad_net(file, "there is no 'mesh', and 'kind' is not \"EV\" or \"EF\"");
     net.patch_class.kind = kind == "EV" ? PatchKind::EV : PatchKind::EF;
     if (!read_int(j, "d", kMinDegree, kMaxDegree, net.patch_class.degree))
         return bad_net(
@@ -100,24 +126,189 @@ Result<Net> read_net(const std::filesystem::path& file) {
     return net;
 }
 
-Json evaluate_sample(const PatchBasis& basis, const Net& net, const Vec2<double>& xy) {
-    std::array<Jet<double, 2>, 3> sums;
-    const Jet<double, 2> f = basis.for_each_weight<2>(
+/// A mesh whose face 0 becomes a Gregory patch, and where it is asked for.
+struct GregoryNet {
+    MeshData mesh;
+    std::vector<Vec2<double>> paper, tuned;  ///< samples
+};
+
+Status read_index(const Json& j, const std::string& name, std::size_t end, Index& out) {
+    if (!j.is_number_integer() || j.get<std::int64_t>() < 0 ||
+        static_cast<std::size_t>(j.get<std::int64_t>()) >= end) {
+        return fail(ErrorCode::IndexOutOfRange,
+                    fmt::format("'{}' names vertex {}, but the mesh has {}", name,
+                                j.dump(), end));
+    }
+    out = j.get<Index>();
+    return ok();
+}
+
+Status read_small_mesh(const Json& j, MeshData& mesh) {
+    if (!j.is_object() || !j.contains("vertices") || !j.contains("faces") ||
+        !j["faces"].is_array())
+        return fail(ErrorCode::FileFormat, "'mesh' has no vertices and faces");
+    if (const Status s = read_points<3>(j["vertices"], "vertices", mesh.positions); !s)
+        return s;
+    const std::size_t n = mesh.positions.size();
+    for (const Json& f : j["faces"]) {
+        if (!f.is_array())
+            return fail(ErrorCode::FileFormat, "a face is not an array of vertices");
+        mesh.face_sizes.push_back(static_cast<Index>(f.size()));
+        for (const Json& v : f) {
+            if (const Status s =
+                    read_index(v, "faces", n, mesh.face_vertices.emplace_back());
+                !s)
+                return s;
+        }
+    }
+    if (!j.contains("inf_creases"))
+        return ok();
+    if (!j["inf_creases"].is_array())
+        return fail(ErrorCode::FileFormat, "'inf_creases' is not an array");
+    for (const Json& e : j["inf_creases"]) {
+        if (!e.is_array() || e.size() != 2)
+            return fail(ErrorCode::FileFormat, "a crease is not two vertices");
+        Tag& tag = mesh.tags.emplace_back();
+        tag.name = "crease";
+        tag.floats = {kInfinitelySharp};
+        for (const Json& v : e) {
+            Index i = 0;
+            if (const Status s = read_index(v, "inf_creases", n, i); !s)
+                return s;
+            tag.ints.push_back(static_cast<int>(i));
+        }
+    }
+    return ok();
+}
+
+Result<GregoryNet> read_gregory_net(const Json& j) {
+    GregoryNet net;
+    if (const Status s = read_small_mesh(j["mesh"], net.mesh); !s)
+        return s.error();
+    for (const bool is_paper : {true, false}) {
+        const std::string name = is_paper ? "paper" : "tuned";
+        if (!j.contains(name) || !j[name].is_object() || !j[name].contains("domain"))
+            return fail(ErrorCode::FileFormat, fmt::format("'{}' has no 'domain'", name));
+        if (const Status s = read_points<2>(j[name]["domain"], name + ".domain",
+                                            is_paper ? net.paper : net.tuned);
+            !s)
+            return s.error();
+    }
+    return net;
+}
+
+Json to_json(const Vec3<double>& p) {
+    return {p.x, p.y, p.z};
+}
+
+using PointJet = std::array<Jet<double, 2>, 3>;
+
+/// The surface with derivatives at a point of the native chart; f, if asked for, is the sum
+/// of the weights.
+template <class Basis>
+PointJet evaluate(const Basis& basis, const std::vector<Vec3<double>>& control,
+                  const Vec2<double>& xy, double* sum_of_weights = nullptr) {
+    PointJet sums;
+    const Jet<double, 2> f = basis.template for_each_weight<2>(
         basis.from_native(xy), Chart::Native, [&](Index i, const Jet<double, 2>& w) {
             for (int c = 0; c < 3; ++c)
-                sums[c] += net.control[i][c] * w;
+                sums[c] += control[i][c] * w;
         });
-    Json sample = {{"xy", {xy.x, xy.y}}};
-    constexpr std::array kNames = {"pos", "dx", "dy", "dxx", "dxy", "dyy"};
-    constexpr std::array kFactorials = {1, 1, 1, 2, 1, 2};
     for (auto& s : sums)
         s = s / f;
-    for (std::size_t r = 0; r < kNames.size(); ++r) {
-        for (const auto& s : sums)
-            sample[kNames[r]].push_back(kFactorials[r] * s.c[r]);
+    if (sum_of_weights)
+        *sum_of_weights = f.c[0];
+    return sums;
+}
+
+/// Derivative r of 0, x, y, xx, xy, yy.
+Json derivative(const PointJet& jet, std::size_t r) {
+    constexpr std::array kFactorials = {1, 1, 1, 2, 1, 2};
+    Json j = Json::array();
+    for (const auto& s : jet)
+        j.push_back(kFactorials[r] * s.c[r]);
+    return j;
+}
+
+Json evaluate_net(const Net& net) {
+    const PatchBasis basis(net.patch_class);
+    constexpr std::array kNames = {"pos", "dx", "dy", "dxx", "dxy", "dyy"};
+    Json samples = Json::array();
+    for (const Vec2<double>& xy : net.samples) {
+        Json sample = {{"xy", {xy.x, xy.y}}};
+        double f = 0;
+        const PointJet jet = evaluate(basis, net.control, xy, &f);
+        for (std::size_t r = 0; r < kNames.size(); ++r)
+            sample[kNames[r]] = derivative(jet, r);
+        sample["f"] = f;
+        samples.push_back(std::move(sample));
     }
-    sample["f"] = f.c[0];
-    return sample;
+    return {{"kind", net.patch_class.kind == PatchKind::EV ? "EV" : "EF"},
+            {"n", net.patch_class.n_sectors},
+            {"d", net.patch_class.degree},
+            {"samples", samples}};
+}
+
+Result<Json> evaluate_gregory(const GregoryNet& net) {
+    const Result<Mesh> mesh = build_mesh(net.mesh);
+    if (!mesh)
+        return mesh.error();
+    const Topology topology = build_topology(*mesh);
+    const Result<Features> tagged = build_features(net.mesh, topology);
+    if (!tagged)
+        return tagged.error();
+    const Features features = with_border(topology, *tagged);
+    if (const Status s = check_gregory(net.mesh, topology, features); !s)
+        return s.error();
+    const auto n = static_cast<int>(topology.face_size(0));
+    const GregoryBasis basis(n);
+    Json report = {{"face", 0}, {"n", n}};
+    for (const bool is_paper : {true, false}) {
+        const StencilTable rows =
+            gregory_points(topology, features, 0,
+                           {.tangents = is_paper ? paper_tangents : tuned_tangents});
+        std::vector<Vec3<double>> control(rows.n_rows());
+        rows.apply<Vec3<double>>(net.mesh.positions, control);
+
+        Json& patch = report[is_paper ? "paper" : "tuned"];
+        for (int i = 0; i < n; ++i) {
+            for (int k = 0; k < GregoryBasis::kPerCorner; ++k)
+                patch["control"][i].push_back(
+                    to_json(control[i * GregoryBasis::kPerCorner + k]));
+        }
+        if (basis.has_centre())
+            patch["centre_point"] = to_json(control.back());
+        constexpr std::array kNames = {"pos", "d1", "d2", "d11", "d12", "d22"};
+        for (const char* name : kNames)
+            patch[name] = Json::array();
+        patch["domain"] = Json::array();
+        for (const Vec2<double>& xy : is_paper ? net.paper : net.tuned) {
+            patch["domain"].push_back({xy.x, xy.y});
+            const PointJet jet = evaluate(basis, control, xy);
+            for (std::size_t r = 0; r < kNames.size(); ++r)
+                patch[kNames[r]].push_back(derivative(jet, r));
+        }
+    }
+    return report;
+}
+
+Result<Json> evaluate_patch_file(const std::filesystem::path& file) {
+    const Result<Json> json = read_json(file);
+    if (!json)
+        return json.error();
+    if (!json->contains("mesh")) {
+        const Result<Net> net = read_net(*json, file);
+        if (!net)
+            return net.error();
+        return evaluate_net(*net);
+    }
+    const Result<GregoryNet> net = read_gregory_net(*json);
+    if (!net)
+        return in_file(net.error(), file);
+    Result<Json> report = evaluate_gregory(*net);
+    if (!report)
+        return in_file(report.error(), file);
+    return report;
 }
 
 // ------------------------------------------------------------------ eval
@@ -197,17 +388,10 @@ Result<std::vector<Address>> read_addresses(const std::filesystem::path& file,
 }  // namespace
 
 Status patch_command(const CommandOptions& options) {
-    const Result<Net> net = read_net(options.input);
-    if (!net)
-        return net.error();
-    const PatchBasis basis(net->patch_class);
-    Json samples = Json::array();
-    for (const Vec2<double>& xy : net->samples)
-        samples.push_back(evaluate_sample(basis, *net, xy));
-    const Json report = {{"kind", net->patch_class.kind == PatchKind::EV ? "EV" : "EF"},
-                         {"n", net->patch_class.n_sectors},
-                         {"d", net->patch_class.degree},
-                         {"samples", samples}};
+    const Result<Json> evaluated = evaluate_patch_file(options.input);
+    if (!evaluated)
+        return evaluated.error();
+    const Json& report = *evaluated;
     const Status s = write_file(
         options.out, [&](std::ostream& out) { out << report.dump(1) << '\n'; });
     if (!s)
