@@ -150,6 +150,10 @@ struct PatchTableOptions {
     /// 0 to 10; the limit surface is closer by some factor of 4 to 6 with each. Semi-sharp
     /// features are refined until they are used up in any case.
     int levels = 0;
+    bool uniform = false;  ///< Gregory: `levels` steps everywhere, not only where needed
+    /// Gregory: tangents of the limit's eigenvectors in their own length, instead of the length
+    /// that follows the limit closer; see far/gregory_points.h.
+    bool paper_tangents = false;
     /// Level to which the inner ends of infinitely sharp creases, and infinitely sharp
     /// vertices without creases, are refined: 0 to 16. One patch covers what is left around
     /// them. It joins its neighbours like all others, but inside it errs from the limit

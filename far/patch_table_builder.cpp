@@ -33,6 +33,8 @@ public:
         : degree_(options.degree),
           family_(options.family),
           levels_(options.levels),
+          uniform_(options.uniform),
+          tangents_(options.paper_tangents ? paper_tangents : tuned_tangents),
           isolation_(options.isolation),
           isolate_corners_(options.isolate_corners),
           refinement_(base, options.degree, features) {
@@ -202,7 +204,7 @@ private:
         const Topology& t = topology();
         if (family_ == PatchFamily::Gregory) {
             for (Index face = 0; face < cells_.size(); ++face) {
-                if (cells_[face] == Cover::Open)
+                if (cells_[face] == Cover::Open && (!uniform_ || level_ >= levels_))
                     lay_regular_patch(face);
             }
             if (level_ >= levels_) {
@@ -445,7 +447,8 @@ private:
         const Topology& t = topology();
         const RefinedLevel& level = refinement_.level(level_);
         const int n = static_cast<int>(t.face_size(face));
-        const StencilTable rows = gregory_points(t, level.features, face);
+        const StencilTable rows =
+            gregory_points(t, level.features, face, {.tangents = tangents_});
         const PatchClass c{PatchKind::Gregory, degree_, n};
         begin_net(c);
         for (Index r = 0; r < rows.n_rows(); ++r) {
@@ -667,7 +670,10 @@ private:
 
     int degree_;
     PatchFamily family_;
-    int levels_, isolation_;
+    int levels_;
+    bool uniform_;
+    decltype(GregoryOptions::tangents) tangents_;
+    int isolation_;
     bool isolate_corners_;
     Refinement refinement_;
     PatchTable table_;

@@ -35,6 +35,8 @@ Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& optio
                           {.degree = options.degree,
                            .family = options.family,
                            .levels = options.levels,
+                           .uniform = options.uniform,
+                           .paper_tangents = options.paper_tangents,
                            .isolation = options.isolation});
     if (!table)
         return table.error();

@@ -116,6 +116,24 @@ TEST(GregorySurface, ComesCloserToTheLimitWithEachLevel) {
     }
 }
 
+TEST(GregorySurface, RefinesEverywhereOnDemand) {
+    const MeshData mesh = torus(5, 6);  // regular
+    for (const bool uniform : {false, true}) {
+        const auto s = Surface::build(
+            mesh, {.family = PatchFamily::Gregory, .levels = 2, .uniform = uniform});
+        ASSERT_TRUE(s);
+        EXPECT_EQ(s->patches().n_patches(), uniform ? 16 * 30u : 30u);
+    }
+    // The two lengths differ at irregular vertices, and make surfaces as smooth as each other.
+    const auto paper =
+        Surface::build(cube(), {.family = PatchFamily::Gregory, .paper_tangents = true});
+    ASSERT_TRUE(paper);
+    EXPECT_LE(measure_continuity(*paper).normal_jump_deg_max, 1e-10);
+    EXPECT_GT(glm::distance(paper->evaluate({0, 0.3, 0.4}).p,
+                            build(cube()).evaluate({0, 0.3, 0.4}).p),
+              1e-4);
+}
+
 TEST(GregorySurface, RefusesOtherDegreesAndLevels) {
     const auto error = [](int degree, int levels) {
         const auto s = Surface::build(

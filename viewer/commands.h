@@ -32,6 +32,7 @@ struct CommandOptions {
     int degree = 3;
     int levels = 1;
     int gregory_levels = 0;
+    bool uniform = false, paper_tangents = false;  ///< of Gregory patches
     int rate = 8;
     int isolation = 8;
     int width = 960, height = 720;

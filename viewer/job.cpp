@@ -40,11 +40,14 @@ Result<Job> load_job(const CommandOptions& options) {
     Stopwatch watch;
     const PatchFamily family =
         options.patch == "gregory" ? PatchFamily::Gregory : PatchFamily::Multisided;
-    Result<Surface> surface = Surface::build(*mesh, {.degree = options.degree,
-                                                     .family = family,
-                                                     .levels = options.gregory_levels,
-                                                     .ignore_tags = options.ignore_tags,
-                                                     .boundary = options.boundary});
+    Result<Surface> surface =
+        Surface::build(*mesh, {.degree = options.degree,
+                               .family = family,
+                               .levels = options.gregory_levels,
+                               .uniform = options.uniform,
+                               .paper_tangents = options.paper_tangents,
+                               .ignore_tags = options.ignore_tags,
+                               .boundary = options.boundary});
     if (!surface)
         return in_file(surface.error(), options.input);
     Job job{std::move(*mesh), std::move(*surface), std::nullopt, watch.lap()};

@@ -71,6 +71,10 @@ struct Parser {
                         "steps of refinement before Gregory patches")
             ->check(CLI::Range(0, 10))
             ->capture_default_str();
+        sub->add_flag("--uniform", options.uniform,
+                      "refine everywhere for Gregory patches, not only where needed");
+        sub->add_flag("--paper-tangents", options.paper_tangents,
+                      "Gregory patches with tangents of the eigenvectors' length");
     }
     void uv_rule(CLI::App* sub) {
         using enum osdx::FaceVaryingRule;
