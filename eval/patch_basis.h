@@ -60,7 +60,7 @@ namespace osdx {
 ///
 /// In the sectors beside a border (a, b) is moved along it, so that tau is linear in (a, b): on
 /// both sides of a crease, whatever patches lie there, and on borders modelled apart, equal
-/// addresses are equal points.
+/// addresses are equal points. Source of all that is at borders: own.
 ///
 /// Weights are formed in double whatever the points are: the blends cancel near corners,
 /// and a valence of 360 leaves float no digits.

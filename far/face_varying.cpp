@@ -310,6 +310,16 @@ Result<FaceVaryingRule> face_varying_rule(const MeshData& data) {
                 propagating, tag.line);
 }
 
+Result<FaceVaryingRule> face_varying_rule(const MeshData& data,
+                                          std::optional<FaceVaryingRule> given,
+                                          bool ignore_tags) {
+    if (given)
+        return *given;
+    if (ignore_tags)
+        return FaceVaryingRule::All;
+    return face_varying_rule(data);
+}
+
 Result<FaceVarying> build_face_varying(const Topology& mesh, const Features& features,
                                        std::span<const Index> corner_values,
                                        FaceVaryingRule rule) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -54,6 +55,10 @@ struct FaceVarying {
 /// replaces an earlier one.
 /// \return InvalidTag, UnsupportedTag where corners are to be propagated by another rule
 Result<FaceVaryingRule> face_varying_rule(const MeshData& data);
+/// The rule that is given, or that of the tags; All where these are ignored.
+Result<FaceVaryingRule> face_varying_rule(const MeshData& data,
+                                          std::optional<FaceVaryingRule> given,
+                                          bool ignore_tags);
 
 /// Corners at a vertex are one vertex of the result when they are joined by edges over which
 /// both ends agree in their values; all other edges are seams. O(mesh).

@@ -95,25 +95,14 @@ private:
     /// Open cells and what they need around them.
     std::vector<bool> faces_to_refine() const {
         const Topology& t = topology();
-        std::vector<bool> faces(t.n_faces(), false), vertices;
+        std::vector<bool> faces(t.n_faces(), false);
         for (Index h = 0; h < t.n_halfedges(); ++h) {
             if (cells_[odd() ? t.face[h] : t.vertex[h]] == Cover::Open)
                 faces[t.face[h]] = true;
         }
         // Control nets on the next level reach d of its edges far, its smoothings (d-1)/2
         // more: less than d faces of this one.
-        for (int ring = 0; ring < degree_; ++ring) {
-            vertices.assign(t.n_vertices(), false);
-            for (Index h = 0; h < t.n_halfedges(); ++h) {
-                if (faces[t.face[h]])
-                    vertices[t.vertex[h]] = true;
-            }
-            for (Index h = 0; h < t.n_halfedges(); ++h) {
-                if (vertices[t.vertex[h]])
-                    faces[t.face[h]] = true;
-            }
-        }
-        return faces;
+        return grown(t, std::move(faces), degree_);
     }
 
     /// Open cells go to the next level.

@@ -178,6 +178,22 @@ Submesh submesh(const Topology& t, const std::vector<bool>& keep) {
     return s;
 }
 
+std::vector<bool> grown(const Topology& t, std::vector<bool> faces, int rings) {
+    std::vector<bool> vertices;
+    for (int ring = 0; ring < rings; ++ring) {
+        vertices.assign(t.n_vertices(), false);
+        for (Index h = 0; h < t.n_halfedges(); ++h) {
+            if (faces[t.face[h]])
+                vertices[t.vertex[h]] = true;
+        }
+        for (Index h = 0; h < t.n_halfedges(); ++h) {
+            if (vertices[t.vertex[h]])
+                faces[t.face[h]] = true;
+        }
+    }
+    return faces;
+}
+
 Topology cut(const Topology& t, const std::vector<bool>& edges,
              std::vector<Index>& vertices) {
     Topology c = t;

@@ -120,6 +120,10 @@ struct Submesh {
 /// \pre keep.size() == topology.n_faces()
 Submesh submesh(const Topology& topology, const std::vector<bool>& keep);
 
+/// The faces and, `rings` times over, those that share a vertex with them.
+/// \pre faces.size() == topology.n_faces()
+std::vector<bool> grown(const Topology& topology, std::vector<bool> faces, int rings = 1);
+
 /// The mesh cut along edges: what was a vertex with several fans of faces between such edges
 /// becomes one vertex a fan. Faces and halfedges keep their numbers, and so do the vertices
 /// of the first fans; those of the others, and the second sides of edges, come after all.

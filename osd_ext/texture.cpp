@@ -24,14 +24,12 @@ Result<TextureSurface> TextureSurface::build(const MeshData& data,
         {.ignore_tags = options.ignore_tags, .boundary = options.boundary});
     if (!features)
         return features.error();
-    if (!rule && !options.ignore_tags) {
-        const Result<FaceVaryingRule> tagged = face_varying_rule(data);
-        if (!tagged)
-            return tagged.error();
-        rule = *tagged;
-    }
-    Result<FaceVarying> channel = build_face_varying(topology, *features, data.face_uvs,
-                                                     rule.value_or(FaceVaryingRule::All));
+    const Result<FaceVaryingRule> used =
+        face_varying_rule(data, rule, options.ignore_tags);
+    if (!used)
+        return used.error();
+    Result<FaceVarying> channel =
+        build_face_varying(topology, *features, data.face_uvs, *used);
     if (!channel)
         return channel.error();
 

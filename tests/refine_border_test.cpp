@@ -581,21 +581,6 @@ PartMap descend(const Refinement& part, const Refinement& whole, int l,
     return map;
 }
 
-std::vector<bool> grown(const Topology& t, std::vector<bool> faces, int rings) {
-    for (int ring = 0; ring < rings; ++ring) {
-        std::vector<bool> vertices(t.n_vertices(), false);
-        for (Index h = 0; h < t.n_halfedges(); ++h) {
-            if (faces[t.face[h]])
-                vertices[t.vertex[h]] = true;
-        }
-        for (Index h = 0; h < t.n_halfedges(); ++h) {
-            if (vertices[t.vertex[h]])
-                faces[t.face[h]] = true;
-        }
-    }
-    return faces;
-}
-
 struct PartCounts {
     std::size_t known = 0, unknown = 0;
 };

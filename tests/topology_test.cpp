@@ -335,20 +335,6 @@ std::vector<bool> random_flags(std::size_t size, unsigned seed, unsigned n) {
     return flags;
 }
 
-/// Faces that share a vertex with those of `faces`.
-std::vector<bool> grown(const Topology& t, std::vector<bool> faces) {
-    std::vector<bool> vertices(t.n_vertices(), false);
-    for (Index h = 0; h < t.n_halfedges(); ++h) {
-        if (faces[t.face[h]])
-            vertices[t.vertex[h]] = true;
-    }
-    for (Index h = 0; h < t.n_halfedges(); ++h) {
-        if (vertices[t.vertex[h]])
-            faces[t.face[h]] = true;
-    }
-    return faces;
-}
-
 void expect_equal(const Topology& a, const Topology& b) {
     EXPECT_EQ(a.face_offsets, b.face_offsets);
     EXPECT_EQ(a.vertex, b.vertex);

@@ -175,15 +175,12 @@ struct RefinedTexture {
 Result<RefinedTexture> refine_texture(const MeshData& data, const Topology& base,
                                       const Features& features,
                                       const CommandOptions& options) {
-    std::optional<FaceVaryingRule> rule = options.uv_rule;
-    if (!rule && !options.ignore_tags) {
-        const Result<FaceVaryingRule> tagged = face_varying_rule(data);
-        if (!tagged)
-            return tagged.error();
-        rule = *tagged;
-    }
-    Result<FaceVarying> channel = build_face_varying(base, features, data.face_uvs,
-                                                     rule.value_or(FaceVaryingRule::All));
+    const Result<FaceVaryingRule> rule =
+        face_varying_rule(data, options.uv_rule, options.ignore_tags);
+    if (!rule)
+        return rule.error();
+    Result<FaceVarying> channel =
+        build_face_varying(base, features, data.face_uvs, *rule);
     if (!channel)
         return channel.error();
     std::vector<Vec3<double>> points;
