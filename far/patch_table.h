@@ -154,6 +154,9 @@ struct PatchTableOptions {
     /// Gregory: tangents of the limit's eigenvectors in their own length, instead of the length
     /// that follows the limit closer; see far/gregory_points.h.
     bool paper_tangents = false;
+    /// Gregory: faces that are no quads get no centre point; weights are divided by their sum.
+    /// Such patches are further from the limit inside.
+    bool normalised = false;
     /// Level to which the inner ends of infinitely sharp creases, and infinitely sharp
     /// vertices without creases, are refined: 0 to 16. One patch covers what is left around
     /// them. It joins its neighbours like all others, but inside it errs from the limit

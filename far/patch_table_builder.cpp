@@ -34,7 +34,8 @@ public:
           family_(options.family),
           levels_(options.levels),
           uniform_(options.uniform),
-          tangents_(options.paper_tangents ? paper_tangents : tuned_tangents),
+          gregory_{.tangents = options.paper_tangents ? paper_tangents : tuned_tangents,
+                   .centre = !options.normalised},
           isolation_(options.isolation),
           isolate_corners_(options.isolate_corners),
           refinement_(base, options.degree, features) {
@@ -436,9 +437,9 @@ private:
         const Topology& t = topology();
         const RefinedLevel& level = refinement_.level(level_);
         const int n = static_cast<int>(t.face_size(face));
-        const StencilTable rows =
-            gregory_points(t, level.features, face, {.tangents = tangents_});
-        const PatchClass c{PatchKind::Gregory, degree_, n};
+        const StencilTable rows = gregory_points(t, level.features, face, gregory_);
+        const PatchClass c{PatchKind::Gregory, degree_, n, PatchBorder::None,
+                           n != 4 && !gregory_.centre};
         begin_net(c);
         for (Index r = 0; r < rows.n_rows(); ++r) {
             for (std::size_t k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k)
@@ -661,7 +662,7 @@ private:
     PatchFamily family_;
     int levels_;
     bool uniform_;
-    decltype(GregoryOptions::tangents) tangents_;
+    GregoryOptions gregory_;
     int isolation_;
     bool isolate_corners_;
     Refinement refinement_;
