@@ -88,6 +88,11 @@ std::size_t for_each_numbered(std::size_t n, std::size_t size, Count&& count,
     return sum;
 }
 
+/// Sets a flag that several threads may set.
+inline void set_flag(std::uint8_t& flag) noexcept {
+    std::atomic_ref(flag).store(1, std::memory_order_relaxed);
+}
+
 /// An array that nothing is written to before its first use.
 template <class T>
 std::unique_ptr<T[]> uninitialised(std::size_t n) {
