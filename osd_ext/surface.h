@@ -38,7 +38,7 @@ struct SurfaceOptions {
 /// Units: those of the mesh. Threads: const members may run at the same time.
 class Surface {
 public:
-    /// \return InvalidOption, or what build_mesh, build_features and check_surface
+    /// \return InvalidOption, or what build_topology, build_features and check_surface
     ///         return.
     static Result<Surface> build(const MeshData& mesh,
                                  const SurfaceOptions& options = {});

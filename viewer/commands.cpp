@@ -322,10 +322,10 @@ Status subdivide_command(const CommandOptions& options) {
     const Result<MeshData> data = read_mesh(options.input);
     if (!data)
         return in_file(data.error(), options.input);
-    const Result<Mesh> mesh = build_mesh(*data);
-    if (!mesh)
-        return in_file(mesh.error(), options.input);
-    Topology base = build_topology(*mesh);
+    Result<Topology> built = build_topology(*data);
+    if (!built)
+        return in_file(built.error(), options.input);
+    Topology& base = *built;
     Result<Features> features = build_features(
         *data, base, {.ignore_tags = options.ignore_tags, .boundary = options.boundary});
     if (!features)
