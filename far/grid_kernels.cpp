@@ -48,7 +48,16 @@ struct Strided {
     const T* first;
     std::ptrdiff_t step;
     const T* operator[](Index i) const { return first + std::ptrdiff_t(i) * step; }
+    Strided reversed(Index n) const {
+        return {first + (std::ptrdiff_t(n) - 1) * step, -step};
+    }
 };
+
+/// Of constant size, so that it is a few moves and no call.
+template <int C, class T>
+void copy_point(const T* from, T* to) {
+    std::memcpy(to, from, C * sizeof(T));
+}
 
 /// The grids of a level with their points.
 template <class T, int C>
@@ -77,6 +86,11 @@ public:
         return vertex(g_.edge_vertex(halfedge, t));
     }
 
+    /// The point on an edge next to its end.
+    const T* beside_end(const EdgeEnd& e) const {
+        return on_edge(e.halfedge, e.at_end ? g_.size - 1 : 1);
+    }
+
     /// The inner points of a halfedge's edge from its start on.
     Strided<const T> along(Index halfedge) const {
         const T* inside = inside_edge(g_.roots.edge[halfedge]);
@@ -102,335 +116,321 @@ public:
                 return {inside + row * (std::ptrdiff_t(g_.n_inner()) - 1), -row};
         }
     }
-    /// The same, and the points on the edges at both ends. \pre size > 1
-    void copy_beside(Index halfedge, Value* row) const {
-        copy_point(on_edge(g_.roots.prev(halfedge), g_.size - 1), row);
-        copy_inner(beside(halfedge), row);
-        copy_point(on_edge(g_.roots.next(halfedge), 1), row + C * std::size_t(g_.size));
-    }
+    /// The points of a halfedge's edge from its start on.
     void copy_edge(Index halfedge, Value* row) const {
-        copy_point(vertex(g_.roots.vertex[halfedge]), row);
-        copy_inner(along(halfedge), row);
-        copy_point(vertex(g_.roots.to_vertex(halfedge)), row + C * std::size_t(g_.size));
+        copy_row(vertex(g_.roots.vertex[halfedge]), along(halfedge),
+                 vertex(g_.roots.to_vertex(halfedge)), row);
     }
-    /// Points (0, j) .. (size, j) of a root. \pre size > 1
-    void copy_row(Index root, Index j, Value* row) const {
-        const Index h = g_.roots.face_offsets[root];
-        const Index s = g_.size, m = g_.n_inner();
-        if (j == 0)
-            return copy_edge(h, row);
-        if (j == s) {
-            copy_point(vertex(g_.roots.vertex[h + 3]), row);
-            const Strided<const T> back = along(h + 2);
-            copy_inner({back[m - 1], -back.step}, row);
-            copy_point(vertex(g_.roots.vertex[h + 2]), row + C * std::size_t(s));
-            return;
-        }
-        copy_point(on_edge(h + 3, s - j), row);
-        std::memcpy(row + C, inside_face(root) + C * std::size_t(m) * (j - 1),
-                    C * m * sizeof(T));
-        copy_point(on_edge(h + 1, j), row + C * std::size_t(s));
+    void copy_row(const T* first, Strided<const T> inside, const T* last,
+                  Value* row) const {
+        copy_point<C>(first, row);
+        for (Index t = 1; t < g_.size; ++t)
+            copy_point<C>(inside[t - 1], row + C * std::size_t(t));
+        copy_point<C>(last, row + C * std::size_t(g_.size));
     }
 
 private:
-    static void copy_point(const T* from, Value* to) { std::copy_n(from, C, to); }
-    void copy_inner(Strided<const T> from, Value* row) const {
-        for (Index t = 1; t < g_.size; ++t)
-            copy_point(from[t - 1], row + C * std::size_t(t));
-    }
-
     QuadGrids g_;
     T *points_, *edges_, *faces_;
 };
 
-// A row of points is refined as a cubic B-spline curve, without the points at its ends.
+/// Rows of points as cubic B-spline curves after a linear subdivision: size + 1 points to the
+/// 2 size - 1 finer ones between the ends.
 template <class T, int C>
-class RowRefiner {
+class Refining {
 public:
-    explicit RowRefiner(Index size)
-        : size_(size),
-          middles_(C * std::size_t(size) + kSlack),
-          vertices_(C * std::size_t(size) + kSlack) {}
+    static constexpr bool kRefines = true;
+    static constexpr T kAcross =
+        T(0.125);  // weight of the rows beside; 1 - 2 kAcross its own
 
-    /// From size + 1 points to 2 size - 1. `out` has room for kSlack more values.
+    explicit Refining(Index size)
+        : n_(C * std::size_t(size)), middles_(n_ + kSlack), vertices_(n_ + kSlack) {}
+
     void operator()(const T* in, T* out) {
-        const std::size_t n = C * std::size_t(size_);
-        mean_row(in, in + C, middles_.data(), n);
+        mean_row(in, in + C, middles_.data(), n_);
         three_rows(T(0.25), middles_.data(), T(0.5), in + C, middles_.data() + C,
-                   vertices_.data(), n - C);
-        const T *m = middles_.data(), *v = vertices_.data();
+                   vertices_.data(), n_ - C);
         // Whole vectors: what is too much is written over by the next point.
-        for (std::size_t i = 0; i < n - C; i += C, out += 2 * C) {
+        const T *m = middles_.data(), *v = vertices_.data();
+        for (std::size_t i = 0; i < n_ - C; i += C, out += 2 * C) {
             std::memcpy(out, m + i, kCopied * sizeof(T));
             std::memcpy(out + C, v + i, kCopied * sizeof(T));
         }
-        std::memcpy(out, m + n - C, kCopied * sizeof(T));
+        std::memcpy(out, m + n_ - C, C * sizeof(T));
+    }
+    static SmoothWeights vertex_weights(double n) {
+        return {(n - 1.75) / n, 1.5 / (n * n), 0.25 / (n * n)};
     }
 
-    static constexpr int kCopied = C == 3 ? 4 : C;
-    static constexpr std::size_t kSlack = kCopied - C;
-
 private:
-    Index size_;
+    static constexpr std::size_t kCopied = C == 3 ? 4 : C, kSlack = kCopied - C;
+    std::size_t n_;
     std::vector<T> middles_, vertices_;
 };
 
-/// The inner points of twice as fine grids, which depend on nothing else.
+/// Rows of points smoothed once more: size + 1 points to the size - 1 between the ends.
 template <class T, int C>
-void refine_faces(const Points<const T, C>& in, const Points<T, C>& out) {
-    const Topology& roots = in.grids().roots;
-    const Index s = in.grids().size;
-    if (s == 1) {
-        for_ranges(roots.n_faces(), 1, [&](const auto& range) {
-            for (auto f = Index(range.begin()); f != range.end(); ++f) {
-                T sum[C] = {};
-                for (Index h = roots.face_offsets[f]; h < roots.face_offsets[f + 1];
-                     ++h) {
-                    for (int c = 0; c < C; ++c)
-                        sum[c] += in.vertex(roots.vertex[h])[c];
-                }
-                for (int c = 0; c < C; ++c)
-                    out.inside_face(f)[c] = sum[c] * (T(1) / T(roots.face_size(f)));
-            }
-        });
-        return;
-    }
-    for_ranges(roots.n_faces(), 4 * std::size_t(s) * s, [&](const auto& range) {
-        const std::size_t n = C * (2 * std::size_t(s) - 1);
-        const std::size_t stride = n + RowRefiner<T, C>::kSlack;
-        std::vector<T> coarse(C * (std::size_t(s) + 1)), refined(3 * stride);
-        RowRefiner<T, C> refine(s);
-        for (auto f = Index(range.begin()); f != range.end(); ++f) {
-            T *below = refined.data(), *middle = below + stride, *above = middle + stride;
-            T* row = out.inside_face(f);
-            for (Index j = 0; j <= s; ++j) {
-                in.copy_row(f, j, coarse.data());
-                refine(coarse.data(), above);
-                if (j > 1) {
-                    three_rows(T(0.125), below, T(0.75), middle, above, row, n);
-                    row += n;
-                }
-                if (j > 0) {
-                    mean_row(middle, above, row, n);
-                    row += n;
-                }
-                std::swap(below, middle);
-                std::swap(middle, above);
-            }
-        }
-    });
-}
+class Smoothing {
+public:
+    static constexpr bool kRefines = false;
+    static constexpr T kAcross = T(0.25);
 
-/// Mixes smooth points with those of a crease.
-template <class T, int C>
-void mix_edge(const SharpEdge& e, const GridRules& rules, const T* crease, Index n,
-              T* points) {
-    if (e.weights == SharpEdge::kAll) {
-        std::copy_n(crease, C * std::size_t(n), points);
-        return;
+    explicit Smoothing(Index size) : n_(C * (std::size_t(size) - 1)) {}
+
+    void operator()(const T* in, T* out) {
+        three_rows(T(0.25), in, T(0.5), in + C, in + 2 * C, out, n_);
     }
-    for (Index t = 0; t < n; ++t) {
-        const auto w = T(rules.crease_weights[e.weights + t]);
-        for (std::size_t i = C * std::size_t(t); i < C * (std::size_t(t) + 1); ++i)
-            points[i] = w * crease[i] + (T(1) - w) * points[i];
+    static SmoothWeights vertex_weights(double n) { return smooth_weights(n, false); }
+
+private:
+    std::size_t n_;
+};
+
+/// Mixes smooth points inside an edge with those of a crease.
+template <class T>
+void mix_edge(const SharpEdge& e, const GridRules& rules, const T* crease, Index n_points,
+              int n_channels, T* points) {
+    for (Index t = 0; t < n_points; ++t) {
+        const bool all = e.weights == SharpEdge::kAll;
+        const auto w = all ? T(1) : T(rules.crease_weights[e.weights + t]);
+        for (int c = 0; c < n_channels; ++c, ++crease, ++points)
+            *points = all ? *crease : w * *crease + (T(1) - w) * *points;
     }
 }
 
-/// The finer points inside edges. Across an edge, with p the refined points of its own row
-/// and a, b the finer rows beside it: (h_-1 + 6 h_0 + h_1)/8 = p/2 + (a + b)/4.
+/// Mixes the smooth point of a vertex with those of creases and corners.
 template <class T, int C>
-void refine_edges(const Points<const T, C>& in, const Points<T, C>& out,
-                  const GridRules& rules) {
-    const Topology& roots = in.grids().roots;
-    const Index s = in.grids().size, n = 2 * s - 1;
-    const std::size_t room = C * std::size_t(n) + RowRefiner<T, C>::kSlack;
-    for_ranges(roots.n_halfedges(), s, [&](const auto& range) {
-        std::vector<T> coarse(C * (std::size_t(s) + 1)), own(room);
-        RowRefiner<T, C> refine(s);
-        for (auto h = Index(range.begin()); h != range.end(); ++h) {
-            if (!in.grids().is_first(h) || roots.is_border(h))
-                continue;
-            in.copy_edge(h, coarse.data());
-            refine(coarse.data(), own.data());
-            const Index edge = roots.edge[h];
-            const auto side =
-                T(rules.face_weights.empty() ? 0.25 : rules.face_weights[edge]);
-            const T middle = T(1) - 2 * side;
-            const Strided<const T> a = out.beside(h), b = out.beside(roots.twin[h]);
-            T* to = out.inside_edge(edge);
-            for (Index t = 0; t < n; ++t) {
-                const T *p = own.data() + C * std::size_t(t), *left = a[t],
-                        *right = b[n - 1 - t];
-                for (int c = 0; c < C; ++c)
-                    to[C * std::size_t(t) + c] =
-                        middle * p[c] + side * (left[c] + right[c]);
-            }
-        }
-    });
-    for_ranges(rules.edges.size(), s, [&](const auto& range) {
-        std::vector<T> coarse(C * (std::size_t(s) + 1)), own(room);
-        RowRefiner<T, C> refine(s);
-        for (std::size_t i = range.begin(); i != range.end(); ++i) {
-            const SharpEdge& e = rules.edges[i];
-            in.copy_edge(e.halfedge, coarse.data());
-            refine(coarse.data(), own.data());
-            mix_edge<T, C>(e, rules, own.data(), n,
-                           out.inside_edge(roots.edge[e.halfedge]));
-        }
-    });
+void mix_vertex(const SharpVertex& rule, T along, const Points<const T, C>& in,
+                const Points<T, C>& out) {
+    const T* own = in.vertex(rule.vertex);
+    const T* ends[2] = {own, own};
+    for (int k = 0; k < 2 && rule.crease > 0; ++k)
+        ends[k] = in.beside_end(rule.ends[k]);
+    T* p = out.vertex(rule.vertex);
+    for (int c = 0; c < C; ++c) {
+        const T crease = (T(1) - 2 * along) * own[c] + along * (ends[0][c] + ends[1][c]);
+        const T sharp = T(rule.corner) * own[c] + T(rule.crease) * crease;
+        p[c] = rule.smooth > 0 ? sharp + T(rule.smooth) * p[c] : sharp;
+    }
 }
 
-/// The points of vertices whose rule is a mixture; smooth ones are in place.
-/// \param along  weight of the crease's neighbours
 template <class T, int C>
 void mix_vertices(const Points<const T, C>& in, const Points<T, C>& out,
                   const GridRules& rules, T along) {
-    const QuadGrids& g = in.grids();
     for_ranges(rules.vertices.size(), 8, [&](const auto& range) {
-        for (std::size_t i = range.begin(); i != range.end(); ++i) {
-            const SharpVertex& r = rules.vertices[i];
-            const T* own = in.vertex(r.vertex);
-            const T* ends[2] = {own, own};
-            for (int k = 0; k < 2 && r.crease > 0; ++k)
-                ends[k] =
-                    in.on_edge(r.ends[k].halfedge, r.ends[k].at_end ? g.size - 1 : 1);
-            T* to = out.vertex(r.vertex);
-            for (int c = 0; c < C; ++c) {
-                const T crease =
-                    (T(1) - 2 * along) * own[c] + along * (ends[0][c] + ends[1][c]);
-                T p = T(r.corner) * own[c] + T(r.crease) * crease;
-                if (r.smooth > 0)
-                    p += T(r.smooth) * to[c];
-                to[c] = p;
-            }
-        }
+        for (std::size_t i = range.begin(); i != range.end(); ++i)
+            mix_vertex(rules.vertices[i], along, in, out);
     });
 }
 
-/// The points of vertices, as by Catmull and Clark: (n - 2)/n v + (sum of neighbours along
-/// edges and of new face points)/n^2.
+/// Those that no face uses.
 template <class T, int C>
-void refine_vertices(const Points<const T, C>& in, const Points<T, C>& out,
-                     const GridRules& rules) {
+void copy_loose_vertices(const Points<const T, C>& in, const Points<T, C>& out) {
     const Topology& roots = in.grids().roots;
-    for_ranges(roots.n_vertices(), 8, [&](const auto& range) {
+    for (Index v = 0; v < roots.n_vertices(); ++v) {
+        if (roots.vertex_halfedge[v] == kInvalidIndex)
+            copy_point<C>(in.vertex(v), out.vertex(v));
+    }
+}
+
+/// A step of all points, with its room for rows. What lies inside a root depends on the root
+/// alone, what lies inside an edge on two roots, and a vertex on its one-ring.
+template <class T, int C, class Rows>
+class Step {
+public:
+    Step(const Points<const T, C>& in, const Points<T, C>& out)
+        : in_(in),
+          out_(out),
+          roots_(in.grids().roots),
+          size_(in.grids().size),
+          n_in_(C * (std::size_t(size_) + 1)),
+          n_out_(C * std::size_t(out.grids().n_inner())),
+          rows_(size_),
+          in_rows_(n_in_),
+          out_rows_(3 * n_out_) {}
+
+    void face(Index f) {
+        const Index h = roots_.face_offsets[f], s = size_;
+        // Of the sides 1, 2, 3 as they bound rows: upwards, to the right, upwards.
+        const Strided<const T> right = in_.along(h + 1),
+                               top = in_.along(h + 2).reversed(s - 1),
+                               left = in_.along(h + 3).reversed(s - 1);
+        const T* inside = in_.inside_face(f);
+        T* in = in_rows_.data();
+        T *below = out_rows_.data(), *middle = below + n_out_, *above = middle + n_out_;
+        T* row = out_.inside_face(f);
+        for (Index j = 0; j <= s; ++j) {
+            if (j == 0) {
+                in_.copy_edge(h, in);
+            } else if (j == s) {
+                in_.copy_row(in_.vertex(roots_.vertex[h + 3]), top,
+                             in_.vertex(roots_.vertex[h + 2]), in);
+            } else {
+                copy_point<C>(left[j - 1], in);
+                std::copy_n(inside, n_in_ - 2 * C, in + C);
+                copy_point<C>(right[j - 1], in + n_in_ - C);
+                inside += n_in_ - 2 * C;
+            }
+            rows_(in, above);
+            if (j > 1) {
+                three_rows(Rows::kAcross, below, 1 - 2 * Rows::kAcross, middle, above,
+                           row, n_out_);
+                row += n_out_;
+            }
+            if (Rows::kRefines && j > 0) {
+                mean_row(middle, above, row, n_out_);
+                row += n_out_;
+            }
+            std::swap(below, middle);
+            std::swap(middle, above);
+        }
+    }
+
+    /// \pre h is the first halfedge of its edge, and not of the border
+    void edge(Index h) {
+        const Index twin = roots_.twin[h], s = size_;
+        const Strided<const T> own = in_.along(h), left = in_.beside(h),
+                               right = in_.beside(twin).reversed(s - 1);
+        T* x = in_rows_.data();
+        const auto add = [&](const T* p, const T* a, const T* b) {
+            for (int c = 0; c < C; ++c)
+                x[c] = (1 - 2 * Rows::kAcross) * p[c] + Rows::kAcross * (a[c] + b[c]);
+            x += C;
+        };
+        add(in_.vertex(roots_.vertex[h]), in_.on_edge(roots_.prev(h), s - 1),
+            in_.on_edge(roots_.next(twin), 1));
+        for (Index t = 0; t + 1 < s; ++t)
+            add(own[t], left[t], right[t]);
+        add(in_.vertex(roots_.vertex[twin]), in_.on_edge(roots_.next(h), 1),
+            in_.on_edge(roots_.prev(twin), s - 1));
+        rows_(in_rows_.data(), out_.inside_edge(roots_.edge[h]));
+    }
+    void sharp_edge(const SharpEdge& e, const GridRules& rules) {
+        in_.copy_edge(e.halfedge, in_rows_.data());
+        rows_(in_rows_.data(), out_rows_.data());
+        mix_edge(e, rules, out_rows_.data(), out_.grids().n_inner(), C,
+                 out_.inside_edge(roots_.edge[e.halfedge]));
+    }
+
+    void vertex(Index v) {
+        T beside[C] = {}, diagonal[C] = {};
+        int valence = 0;
+        roots_.for_each_outgoing(v, [&](Index h) {
+            const T* e = in_.on_edge(h, 1);
+            const T* f = size_ > 1 ? in_.beside(h)[0]
+                                   : in_.vertex(roots_.to_vertex(roots_.next(h)));
+            for (int c = 0; c < C; ++c) {
+                beside[c] += e[c];
+                diagonal[c] += f[c];
+            }
+            ++valence;
+        });
+        const SmoothWeights w = Rows::vertex_weights(valence);
+        const T* own = in_.vertex(v);
+        for (int c = 0; c < C; ++c) {
+            out_.vertex(v)[c] =
+                T(w.own) * own[c] + T(w.beside) * beside[c] + T(w.diagonal) * diagonal[c];
+        }
+    }
+
+private:
+    const Points<const T, C>& in_;
+    const Points<T, C>& out_;
+    const Topology& roots_;
+    Index size_;
+    std::size_t n_in_, n_out_;
+    Rows rows_;
+    std::vector<T> in_rows_, out_rows_;
+};
+
+template <class T, int C, class Rows>
+void run_step(const Points<const T, C>& in, const Points<T, C>& out,
+              const GridRules& rules) {
+    const Topology& roots = in.grids().roots;
+    const Index n_inner = out.grids().n_inner();
+    // Root by root with its edges and vertices, whose inputs are in the cache then.
+    for_ranges(
+        roots.n_faces(), 4 + std::size_t(n_inner) * n_inner, [&](const auto& range) {
+            Step<T, C, Rows> step(in, out);
+            for (auto f = Index(range.begin()); f != range.end(); ++f) {
+                if (n_inner > 0)
+                    step.face(f);
+                for (Index h = roots.face_offsets[f]; h < roots.face_offsets[f + 1];
+                     ++h) {
+                    if (n_inner > 0 && in.grids().is_first(h) && !roots.is_border(h))
+                        step.edge(h);
+                    if (roots.vertex_halfedge[roots.vertex[h]] == h)
+                        step.vertex(roots.vertex[h]);
+                }
+            }
+        });
+    copy_loose_vertices(in, out);
+    for_ranges(n_inner > 0 ? rules.edges.size() : 0, n_inner, [&](const auto& range) {
+        Step<T, C, Rows> step(in, out);
+        for (std::size_t i = range.begin(); i != range.end(); ++i)
+            step.sharp_edge(rules.edges[i], rules);
+    });
+    mix_vertices<T, C>(in, out, rules, Rows::kAcross);
+}
+
+/// The first step of any polygons, as by Catmull and Clark: to one point for each edge and
+/// face.
+template <class T, int C>
+void refine_polygons(const Points<const T, C>& in, const Points<T, C>& out,
+                     const GridRules& rules) {
+    const Topology& t = in.grids().roots;
+    for_ranges(t.n_faces(), 1, [&](const auto& range) {
+        for (auto f = Index(range.begin()); f != range.end(); ++f) {
+            T sum[C] = {};
+            for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h) {
+                for (int c = 0; c < C; ++c)
+                    sum[c] += in.vertex(t.vertex[h])[c];
+            }
+            for (int c = 0; c < C; ++c)
+                out.inside_face(f)[c] = sum[c] / T(t.face_size(f));
+        }
+    });
+    for_ranges(t.n_halfedges(), 1, [&](const auto& range) {
+        for (auto h = Index(range.begin()); h != range.end(); ++h) {
+            if (!in.grids().is_first(h) || t.is_border(h))
+                continue;
+            const Index e = t.edge[h];
+            const auto w = T(rules.face_weights.empty() ? 0.25 : rules.face_weights[e]);
+            const T *v0 = in.vertex(t.vertex[h]), *v1 = in.vertex(t.to_vertex(h)),
+                    *f0 = out.inside_face(t.face[h]),
+                    *f1 = out.inside_face(t.face[t.twin[h]]);
+            for (int c = 0; c < C; ++c) {
+                out.inside_edge(e)[c] =
+                    w * (f0[c] + f1[c]) + (T(0.5) - w) * (v0[c] + v1[c]);
+            }
+        }
+    });
+    // (n - 2)/n of the vertex and 1/n^2 of each neighbour and each centre of a face.
+    for_ranges(t.n_vertices(), 8, [&](const auto& range) {
         for (auto v = Index(range.begin()); v != range.end(); ++v) {
             T sum[C] = {};
-            int valence = 0;
-            roots.for_each_outgoing(v, [&](Index h) {
-                const T *e = in.on_edge(h, 1), *f = out.beside(h)[0];
+            int n = 0;
+            t.for_each_outgoing(v, [&](Index h) {
+                const T *e = in.vertex(t.to_vertex(h)), *f = out.inside_face(t.face[h]);
                 for (int c = 0; c < C; ++c)
                     sum[c] += e[c] + f[c];
-                ++valence;
+                ++n;
             });
-            const T* own = in.vertex(v);
-            if (valence == 0) {
-                std::copy_n(own, C, out.vertex(v));
+            if (n == 0)
                 continue;
+            for (int c = 0; c < C; ++c) {
+                out.vertex(v)[c] = T(n - 2) / T(n) * in.vertex(v)[c] + sum[c] / T(n * n);
             }
-            const T n = T(valence), weight = T(1) / (n * n), own_weight = (n - 2) / n;
-            for (int c = 0; c < C; ++c)
-                out.vertex(v)[c] = own_weight * own[c] + weight * sum[c];
         }
     });
+    copy_loose_vertices(in, out);
+    for (const SharpEdge& e : rules.edges) {
+        const T *v0 = in.on_edge(e.halfedge, 0), *v1 = in.on_edge(e.halfedge, 1);
+        T middle[C];
+        mean_row(v0, v1, middle, C);
+        mix_edge(e, rules, middle, 1, C, out.inside_edge(t.edge[e.halfedge]));
+    }
     mix_vertices<T, C>(in, out, rules, T(0.125));
-}
-
-/// (a + 2 b + c)/4 along a row of size + 1 points, without its ends.
-template <class T, int C>
-void smooth_row(const T* in, Index size, T* out) {
-    three_rows(T(0.25), in, T(0.5), in + C, in + 2 * C, out, C * (std::size_t(size) - 1));
-}
-
-template <class T, int C>
-void smooth_faces(const Points<const T, C>& in, const Points<T, C>& out) {
-    const Index s = in.grids().size;
-    if (s == 1)
-        return;
-    for_ranges(in.grids().roots.n_faces(), std::size_t(s) * s, [&](const auto& range) {
-        const std::size_t n = C * (std::size_t(s) - 1);
-        std::vector<T> row(C * (std::size_t(s) + 1)), smooth(3 * n);
-        for (auto f = Index(range.begin()); f != range.end(); ++f) {
-            T *below = smooth.data(), *middle = below + n, *above = middle + n;
-            for (Index j = 0; j <= s; ++j) {
-                in.copy_row(f, j, row.data());
-                smooth_row<T, C>(row.data(), s, above);
-                if (j > 1) {
-                    three_rows(T(0.25), below, T(0.5), middle, above,
-                               out.inside_face(f) + n * (j - 2), n);
-                }
-                std::swap(below, middle);
-                std::swap(middle, above);
-            }
-        }
-    });
-}
-
-template <class T, int C>
-void smooth_edges(const Points<const T, C>& in, const Points<T, C>& out,
-                  const GridRules& rules) {
-    const Topology& roots = in.grids().roots;
-    const Index s = in.grids().size;
-    if (s == 1)
-        return;
-    const std::size_t n = C * (std::size_t(s) + 1);
-    for_ranges(roots.n_halfedges(), s, [&](const auto& range) {
-        std::vector<T> left(n), own(n), right(n), turned(n);
-        for (auto h = Index(range.begin()); h != range.end(); ++h) {
-            if (!in.grids().is_first(h) || roots.is_border(h))
-                continue;
-            in.copy_beside(h, left.data());
-            in.copy_edge(h, own.data());
-            in.copy_beside(roots.twin[h], turned.data());
-            for (std::size_t i = 0; i < n; i += C)
-                std::copy_n(turned.data() + i, C, right.data() + n - C - i);
-            three_rows(T(0.25), left.data(), T(0.5), own.data(), right.data(),
-                       turned.data(), n);
-            smooth_row<T, C>(turned.data(), s, out.inside_edge(roots.edge[h]));
-        }
-    });
-    for_ranges(rules.edges.size(), s, [&](const auto& range) {
-        std::vector<T> own(n), crease(n);
-        for (std::size_t i = range.begin(); i != range.end(); ++i) {
-            const SharpEdge& e = rules.edges[i];
-            in.copy_edge(e.halfedge, own.data());
-            smooth_row<T, C>(own.data(), s, crease.data());
-            mix_edge<T, C>(e, rules, crease.data(), s - 1,
-                           out.inside_edge(roots.edge[e.halfedge]));
-        }
-    });
-}
-
-template <class T, int C>
-void smooth_vertices(const Points<const T, C>& in, const Points<T, C>& out,
-                     const GridRules& rules) {
-    const QuadGrids& g = in.grids();
-    for_ranges(g.roots.n_vertices(), 8, [&](const auto& range) {
-        for (auto v = Index(range.begin()); v != range.end(); ++v) {
-            T beside[C] = {}, diagonal[C] = {};
-            int valence = 0;
-            g.roots.for_each_outgoing(v, [&](Index h) {
-                const T* e = in.on_edge(h, 1);
-                const T* f = g.size > 1 ? in.beside(h)[0]
-                                        : in.vertex(g.roots.to_vertex(g.roots.next(h)));
-                for (int c = 0; c < C; ++c) {
-                    beside[c] += e[c];
-                    diagonal[c] += f[c];
-                }
-                ++valence;
-            });
-            const T* own = in.vertex(v);
-            if (valence == 0) {
-                std::copy_n(own, C, out.vertex(v));
-                continue;
-            }
-            const SmoothWeights w = smooth_weights(valence, false);
-            for (int c = 0; c < C; ++c)
-                out.vertex(v)[c] = T(w.own) * own[c] + T(w.beside) * beside[c] +
-                                   T(w.diagonal) * diagonal[c];
-        }
-    });
-    mix_vertices<T, C>(in, out, rules, T(0.25));
 }
 
 }  // namespace
@@ -439,18 +439,16 @@ template <class T, int C>
 void refine_grids(const QuadGrids& grids, const GridRules& rules, const T* in, T* out) {
     const Points<const T, C> coarse(grids, in);
     const Points<T, C> fine({grids.roots, 2 * grids.size}, out);
-    refine_faces<T, C>(coarse, fine);
-    refine_edges<T, C>(coarse, fine, rules);
-    refine_vertices<T, C>(coarse, fine, rules);
+    if (grids.size == 1)
+        refine_polygons(coarse, fine, rules);
+    else
+        run_step<T, C, Refining<T, C>>(coarse, fine, rules);
 }
 
 template <class T, int C>
 void smooth_grids(const QuadGrids& grids, const GridRules& rules, const T* in, T* out) {
-    const Points<const T, C> before(grids, in);
-    const Points<T, C> after(grids, out);
-    smooth_faces<T, C>(before, after);
-    smooth_edges<T, C>(before, after, rules);
-    smooth_vertices<T, C>(before, after, rules);
+    run_step<T, C, Smoothing<T, C>>(Points<const T, C>(grids, in),
+                                    Points<T, C>(grids, out), rules);
 }
 
 #define OSDX_INSTANTIATE(T, C)                                                          \
