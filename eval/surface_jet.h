@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -22,14 +23,21 @@ struct SurfaceJet {
 /// Unit normal du x dv; zero where du and dv are parallel to rounding.
 template <class T>
 Vec3<T> normal(const SurfaceJet<T>& s) noexcept {
-    // In double and of unit vectors: the squares of a tiny model's derivatives underflow.
-    const Vec3<double> u(s.du), v(s.dv);
+    // sin^2 = |u x v|^2 / |u|^2 |v|^2; below this it is rounding.
+    constexpr double kSine = 1e-14;
+    const Vec3<double> u(s.du), v(s.dv), n = glm::cross(u, v);
+    const double uu = glm::dot(u, u), vv = glm::dot(v, v), nn = glm::dot(n, n);
+    if (std::min(uu, vv) > 1e-50 && std::max(uu, vv) < 1e50) {
+        return nn > kSine * kSine * uu * vv ? Vec3<T>(n * (1 / std::sqrt(nn)))
+                                            : Vec3<T>(0);
+    }
+    // Of unit vectors: the squares of a tiny model's derivatives underflow.
     const double u_length = glm::length(u), v_length = glm::length(v);
     if (!(u_length > 0 && v_length > 0))
         return Vec3<T>(0);
-    const Vec3<double> n = glm::cross(u / u_length, v / v_length);
-    const double sine = glm::length(n);
-    return sine > 1e-14 ? Vec3<T>(n / sine) : Vec3<T>(0);  // below it is rounding
+    const Vec3<double> unit = glm::cross(u / u_length, v / v_length);
+    const double sine = glm::length(unit);
+    return sine > kSine ? Vec3<T>(unit / sine) : Vec3<T>(0);
 }
 
 /// Mean and Gauss curvature; positive mean curvature bends towards the normal. Zero where
