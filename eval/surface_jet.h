@@ -3,7 +3,6 @@
 
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -20,24 +19,24 @@ struct SurfaceJet {
     Vec3<T> duu{0}, duv{0}, dvv{0};
 };
 
+/// Unit normal u x v; zero where u and v are parallel to rounding.
+inline Vec3<double> unit_normal(const Vec3<double>& u, const Vec3<double>& v) noexcept {
+    constexpr double kSine = 1e-14;  // below it is rounding
+    const Vec3<double> n = glm::cross(u, v);
+    const double uu = glm::dot(u, u), vv = glm::dot(v, v), nn = glm::dot(n, n);
+    if (uu > 1e-50 && vv > 1e-50 && uu < 1e50 && vv < 1e50) [[likely]]
+        return nn > kSine * kSine * uu * vv ? n * (1 / std::sqrt(nn)) : Vec3<double>(0);
+    // Squares might underflow, of a tiny model's derivatives.
+    const double u_length = glm::length(u), v_length = glm::length(v);
+    if (!(u_length > 0 && v_length > 0))
+        return Vec3<double>(0);
+    return unit_normal(u / u_length, v / v_length);
+}
+
 /// Unit normal du x dv; zero where du and dv are parallel to rounding.
 template <class T>
 Vec3<T> normal(const SurfaceJet<T>& s) noexcept {
-    // sin^2 = |u x v|^2 / |u|^2 |v|^2; below this it is rounding.
-    constexpr double kSine = 1e-14;
-    const Vec3<double> u(s.du), v(s.dv), n = glm::cross(u, v);
-    const double uu = glm::dot(u, u), vv = glm::dot(v, v), nn = glm::dot(n, n);
-    if (std::min(uu, vv) > 1e-50 && std::max(uu, vv) < 1e50) {
-        return nn > kSine * kSine * uu * vv ? Vec3<T>(n * (1 / std::sqrt(nn)))
-                                            : Vec3<T>(0);
-    }
-    // Of unit vectors: the squares of a tiny model's derivatives underflow.
-    const double u_length = glm::length(u), v_length = glm::length(v);
-    if (!(u_length > 0 && v_length > 0))
-        return Vec3<T>(0);
-    const Vec3<double> unit = glm::cross(u / u_length, v / v_length);
-    const double sine = glm::length(unit);
-    return sine > kSine ? Vec3<T>(unit / sine) : Vec3<T>(0);
+    return Vec3<T>(unit_normal(Vec3<double>(s.du), Vec3<double>(s.dv)));
 }
 
 /// Mean and Gauss curvature; positive mean curvature bends towards the normal. Zero where

@@ -377,12 +377,13 @@ private:
         const auto add_point = [&](Index local, Index point) {
             const SurfaceJet<double> jet = surface(local);
             out_.positions[point] = jet.p;
-            out_.normals[point] = normal(jet);
+            out_.normals[point] = unit_normal(jet.du, jet.dv);
             out_.addresses[point] = {face, pattern.addresses[local].u,
                                      pattern.addresses[local].v};
         };
         const auto add_normal = [&](Index local, Index side) {
-            out_.normals[n_points_ + side] = normal(surface(local));
+            const SurfaceJet<double> jet = surface(local);
+            out_.normals[n_points_ + side] = unit_normal(jet.du, jet.dv);
         };
         Index local = 0;
         for (Index h = base_.face_offsets[face]; h < base_.face_offsets[face + 1];
