@@ -256,15 +256,50 @@ Refinement::Chain Refinement::chain(std::vector<std::vector<std::uint8_t>> wante
     for (std::size_t l = 1; l < levels_.size(); ++l) {
         for (std::size_t f = 0; f < levels_[l].factors.size(); ++f) {
             const StencilTable& factor = levels_[l].factors[f];
+            const std::vector<std::uint8_t>& rows = needed[l][f];
             std::vector<Index> next(factor.n_rows(), kInvalidIndex);
-            for (Index r = 0; r < factor.n_rows(); ++r) {
-                if (!needed[l][f][r])
-                    continue;
-                next[r] = n_base + chain.rows.n_rows();
-                for (std::size_t k = factor.offsets[r]; k < factor.offsets[r + 1]; ++k)
-                    chain.rows.add(place[factor.indices[k]], factor.weights[k]);
-                chain.rows.end_row();
+            // Their number first, then their places and weights.
+            struct Size {
+                Index n_rows = 0;
+                std::size_t n_weights = 0;
+            };
+            std::vector<Size> first(detail::n_chunks(factor.n_rows()) + 1);
+            detail::for_each_chunk(
+                factor.n_rows(), detail::kChunk,
+                [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                    for (std::size_t r = begin; r < end; ++r) {
+                        if (!rows[r])
+                            continue;
+                        ++first[chunk + 1].n_rows;
+                        first[chunk + 1].n_weights +=
+                            factor.offsets[r + 1] - factor.offsets[r];
+                    }
+                });
+            first[0] = {chain.rows.n_rows(), chain.rows.indices.size()};
+            for (std::size_t chunk = 1; chunk < first.size(); ++chunk) {
+                first[chunk].n_rows += first[chunk - 1].n_rows;
+                first[chunk].n_weights += first[chunk - 1].n_weights;
             }
+            chain.rows.offsets.resize(first.back().n_rows + std::size_t(1));
+            chain.rows.indices.resize(first.back().n_weights);
+            chain.rows.weights.resize(first.back().n_weights);
+            detail::for_each_chunk(
+                factor.n_rows(), detail::kChunk,
+                [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                    auto [row, weight] = first[chunk];
+                    for (std::size_t r = begin; r < end; ++r) {
+                        if (!rows[r])
+                            continue;
+                        next[r] = n_base + row;
+                        for (std::size_t k = factor.offsets[r]; k < factor.offsets[r + 1];
+                             ++k, ++weight) {
+                            chain.rows.indices[weight] = place[factor.indices[k]];
+                            chain.rows.weights[weight] = factor.weights[k];
+                        }
+                        chain.rows.offsets[++row] = weight;
+                    }
+                });
+            chain.groups.push_back(chain.rows.n_rows());
             place = std::move(next);
         }
         chain.place.push_back(place);
