@@ -52,15 +52,18 @@ Dependents::Dependents(const PatchTable& table) {
     faces_ = Lists::collect(table.n_patches(), [&](auto&& add) {
         // The cells of a patch in a face stand together, for the most part.
         Index last_patch = kInvalidIndex, last_face = kInvalidIndex;
+        std::vector<Cell> cells;
         for (Index quarter = 0; quarter < table.base().n_halfedges(); ++quarter) {
             const Index face = table.base().face[quarter];
-            table.for_each_patch_in(quarter, [&](Index patch) {
-                if (patch == last_patch && face == last_face)
-                    return;
-                add(patch, face);
-                last_patch = patch;
+            cells.clear();
+            table.add_cells(quarter, cells);
+            for (const Cell& cell : cells) {
+                if (cell.patch == last_patch && face == last_face)
+                    continue;
+                add(cell.patch, face);
+                last_patch = cell.patch;
                 last_face = face;
-            });
+            }
         }
     });
 }

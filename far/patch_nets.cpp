@@ -207,10 +207,12 @@ bool PatchNets::add_regular_patch(Index cell) {
 
 void PatchNets::add_gregory_patch(Index face) {
     const int n = static_cast<int>(topology().face_size(face));
+    const bool normalised = n != 4 && level_.options.normalised;
     const StencilTable rows = gregory_points(
         topology(), level_.level.features, face,
-        {.tangents = level_.options.paper_tangents ? paper_tangents : tuned_tangents});
-    const PatchClass c{PatchKind::Gregory, degree_, n};
+        {.tangents = level_.options.paper_tangents ? paper_tangents : tuned_tangents,
+         .centre = !normalised});
+    const PatchClass c{PatchKind::Gregory, degree_, n, PatchBorder::None, normalised};
     begin(c);
     for (Index r = 0; r < rows.n_rows(); ++r) {
         terms_.clear();

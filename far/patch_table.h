@@ -42,6 +42,11 @@ struct Cell {
     Index patch;
     Vec2<double> origin;  ///< of the cell's frame, in the quarter
     Vec2<double> x_axis;  ///< its first side; the second is this, turned by 90 degrees
+    /// The same square in the chart of the patch, whose unit is half an edge of the control
+    /// mesh (PatchClass::extent): the frame's origin, and its first side by length and turns.
+    Index sector;
+    Vec2<int> chart_origin;
+    int chart_size, chart_turns;
 };
 
 namespace detail {
@@ -128,12 +133,9 @@ public:
 
     /// Every leaf with its place in its quarter.
     std::vector<Cell> cells() const;
-    /// Calls f(patch) for each leaf of a quarter.
-    template <class F>
-    void for_each_patch_in(Index quarter, F&& f) const {
-        if (has_surface(base_.face[quarter]))
-            for_each_leaf(nodes_[quarter], f);
-    }
+    /// Appends those of one quarter, in the order of its quadtree: squares that make up a larger
+    /// one follow one another. None in faces without surface.
+    void add_cells(Index quarter, std::vector<Cell>& cells) const;
 
 private:
     friend class PatchTableBuilder;
@@ -146,16 +148,6 @@ private:
     static constexpr Index kQuarterShift = 28;
     static constexpr Index kPatchMask = (Index(1) << kQuarterShift) - 1;
     detail::PatchLeaf leaf(Index node) const noexcept;
-    Index patch_of(Index node) const noexcept {
-        return node & kSquareBit ? node & kPatchMask : leaves_[node & ~kLeafBit].patch;
-    }
-    template <class F>
-    void for_each_leaf(Index node, F&& f) const {
-        if (node & kLeafBit)
-            return f(patch_of(node));
-        for (Index k = 0; k < 4; ++k)
-            for_each_leaf(nodes_[node + k], f);
-    }
 
     struct Record {
         Index class_and_level;  // the level in the lowest 8 bits
@@ -198,6 +190,9 @@ struct PatchTableOptions {
     /// Gregory: tangents of the limit's eigenvectors in their own length, instead of the length
     /// that follows the limit closer; see far/gregory_points.h.
     bool paper_tangents = false;
+    /// Gregory: faces that are no quads get no centre point; weights are divided by their sum.
+    /// Such patches are further from the limit inside.
+    bool normalised = false;
     /// Level to which the inner ends of infinitely sharp creases, and infinitely sharp
     /// vertices without creases, are refined: 0 to 16. One patch covers what is left around
     /// them. It joins its neighbours like all others, but inside it errs from the limit

@@ -37,6 +37,7 @@ Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& optio
                            .levels = options.levels,
                            .uniform = options.uniform,
                            .paper_tangents = options.paper_tangents,
+                           .normalised = options.normalised,
                            .isolation = options.isolation});
     if (!table)
         return table.error();
