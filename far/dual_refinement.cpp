@@ -22,7 +22,11 @@ bool DualRefinement::takes(const Features& f) {
 
 DualRefinement::DualRefinement(Topology base, int degree, int n_levels,
                                const Features& features)
-    : degree_(degree), n_levels_(n_levels), n_base_points_(base.n_vertices()) {
+    : degree_(degree),
+      n_levels_(n_levels),
+      boundary_(features.boundary),
+      creases_(features.creases),
+      n_base_points_(base.n_vertices()) {
     assert(degree % 2 == 0 && degree >= kMinDegree && degree <= kMaxDegree);
     assert(n_levels >= 1 && takes(features));
     size_ = Index(1) << (n_levels - 1);
@@ -53,6 +57,13 @@ DualRefinement::DualRefinement(Topology base, int degree, int n_levels,
     n_polygons_ += base_.n_faces() + base_.n_edges;
     n_polygon_corners_ = 2 * base_.n_halfedges() + 4 * base_.n_edges + 2 * n_borders() +
                          static_cast<Index>(pinned_.size());
+}
+
+Features DualRefinement::features() const {
+    Features f;
+    f.boundary = boundary_;
+    f.creases = creases_;
+    return f;
 }
 
 // ------------------------------------------------------------------------------- faces

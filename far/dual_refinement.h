@@ -61,6 +61,13 @@ public:
     }
     Index n_faces() const noexcept { return n_quads() + n_polygons_; }
     Index n_halfedges() const noexcept { return 4 * n_quads() + n_polygon_corners_; }
+    /// Edges with one face.
+    Index n_border_edges() const noexcept {
+        return 2 * size_ * n_borders() + static_cast<Index>(pinned_.size());
+    }
+
+    /// Those of the last level: its borders, which is what was sharp, have none by number.
+    Features features() const;
 
     /// The cell (i, j) of a quarter.
     Index cell(Index quarter, Index i, Index j) const noexcept {
@@ -97,6 +104,8 @@ private:
     Index border_in(Index v) const noexcept { return border_before_[border_out(v)]; }
 
     int degree_, n_levels_;
+    BoundaryRule boundary_;
+    CreaseMethod creases_;
     Index size_ = 1, n_base_points_, n_polygons_ = 0, n_polygon_corners_ = 0;
     Topology base_;
     std::vector<Index> base_vertices_;  ///< by vertex of base(): that of the mesh

@@ -169,6 +169,7 @@ void expect_mesh_of_refinement(const MeshData& mesh, int degree, int n_levels) {
     MeshData other = to_mesh_data(t, expected);
     ASSERT_EQ(std::accumulate(sizes.begin(), sizes.end(), Index(0)), vertices.size());
     ASSERT_EQ(vertices.size(), other.face_vertices.size());
+    ASSERT_EQ(n_border_edges(sizes, vertices), ours.n_border_edges());
     ASSERT_EQ(n_border_edges(sizes, vertices),
               n_border_edges(other.face_sizes, other.face_vertices));
     for (Index& v : vertices) {
