@@ -1,7 +1,7 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
-#include "far/grid_kernels.h"
+#include "far/grid_steps.h"
 
 #include <algorithm>
 #include <cstddef>
