@@ -87,7 +87,7 @@ std::multiset<std::vector<Index>> face_set(const std::vector<Index>& sizes,
     auto first = vertices.begin();
     for (const Index n : sizes) {
         std::vector<Index> face(first, first + n);
-        std::ranges::rotate(face, std::ranges::min_element(face));
+        std::rotate(face.begin(), std::ranges::min_element(face), face.end());
         faces.insert(std::move(face));
         first += n;
     }
