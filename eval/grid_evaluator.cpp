@@ -315,8 +315,8 @@ struct GridEvaluator<T>::Plan {
     AlignedArray<T> weights;
     std::size_t n_weights = 0;
     std::size_t n_single_samples = 0;
-    std::size_t scratch = 0;      // elements for a tile
-    std::size_t point_space = 0;  // elements for its points
+    // Elements of scratch memory: for a tile, its points, a derivative in a block.
+    std::size_t tile_space = 0, point_space = 0, block_space = 0;
 
     const PatchTable& table() const noexcept { return evaluator->table(); }
     int n_values() const noexcept { return n_derivatives(options.order); }
@@ -349,9 +349,33 @@ struct GridEvaluator<T>::Plan {
     /// \param first_tile_of  by unit, whose tiles follow one another
     void make_blocks(const std::vector<Index>& first_tile_of);
 
+    std::size_t block_size(std::size_t b) const noexcept {
+        return first_sample[first_unit[b + 1]] - first_sample[first_unit[b]];
+    }
+    /// Of a thread: for a tile and its points, and for the values of a block.
     struct Scratch {
-        AlignedArray<T> points, values;
+        AlignedArray<T> points, values, block;
     };
+    SampleBuffers<T> block_buffers(const Scratch& local) const noexcept {
+        SampleBuffers<T> buffers;
+        for (int r = 0; r < n_values(); ++r)
+            buffers[r].data = local.block.data() + r * block_space;
+        return buffers;
+    }
+    /// Calls f(scratch, block) for all blocks.
+    template <class F>
+    void for_each_local(bool with_block, F&& f) const {
+        tbb::enumerable_thread_specific<Scratch> scratch([&] {
+            return Scratch{AlignedArray<T>(point_space), AlignedArray<T>(tile_space),
+                           AlignedArray<T>(with_block ? block_space * n_values() : 0)};
+        });
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n_blocks()),
+                          [&](const auto& range) {
+                              const Scratch& local = scratch.local();
+                              for (std::size_t b = range.begin(); b < range.end(); ++b)
+                                  f(local, b);
+                          });
+    }
     /// \param out  of the first sample of the block on
     void evaluate_block(std::span<const Vec3<T>> points, std::size_t block,
                         const SampleBuffers<T>& out, const Scratch& scratch) const;
@@ -402,7 +426,7 @@ void GridEvaluator<T>::Plan::make_tables() {
         }
         made.emplace_back(s, n_weights);
         n_weights = end;
-        scratch = std::max(scratch, grid::scratch_size(tables[s]));
+        tile_space = std::max(tile_space, grid::scratch_size(tables[s]));
         point_space = std::max(point_space, std::size_t(3 * tables[s].n_points));
     }
     weights = AlignedArray<T>(n_weights);
@@ -492,6 +516,8 @@ void GridEvaluator<T>::Plan::make_blocks(const std::vector<Index>& first_tile_of
         first_unit.push_back(n_units);
     for (const Index unit : std::span(first_unit).subspan(1))
         first_tile.push_back(first_tile_of[unit]);
+    for (std::size_t b = 0; b < n_blocks(); ++b)
+        block_space = std::max(block_space, grid::padded<T>(3 * block_size(b)));
     tbb::parallel_for(std::size_t(0), n_blocks(), [&](std::size_t b) {
         for (Index unit = first_unit[b]; unit < first_unit[b + 1]; ++unit) {
             const auto offset =
@@ -690,22 +716,24 @@ void GridEvaluator<T>::evaluate(std::span<const Vec3<T>> points,
                                 const SampleBuffers<T>& out) const {
     const Plan& plan = *plan_;
     assert(points.size() == plan.table().n_points());
-    tbb::enumerable_thread_specific<typename Plan::Scratch> scratch([&] {
-        return typename Plan::Scratch{AlignedArray<T>(plan.point_space),
-                                      AlignedArray<T>(plan.scratch)};
+    // Much output goes past the caches, by way of a block that is in them.
+    bool streams =
+        n_samples() * plan.n_values() * 3 * sizeof(T) >= plan.options.stream_bytes;
+    for (int r = 0; r < plan.n_values(); ++r)
+        streams &= out[r].sample_stride == 3 && out[r].channel_stride == 1;
+    plan.for_each_local(streams, [&](const auto& local, std::size_t b) {
+        const auto first =
+            static_cast<std::ptrdiff_t>(plan.first_sample[plan.first_unit[b]]);
+        SampleBuffers<T> part = out;
+        for (int r = 0; r < plan.n_values(); ++r)
+            part[r].data += first * part[r].sample_stride;
+        if (!streams)
+            return plan.evaluate_block(points, b, part, local);
+        const SampleBuffers<T> cached = plan.block_buffers(local);
+        plan.evaluate_block(points, b, cached, local);
+        for (int r = 0; r < plan.n_values(); ++r)
+            grid::stream(cached[r].data, 3 * plan.block_size(b), part[r].data);
     });
-    tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, plan.n_blocks()), [&](const auto& range) {
-            const typename Plan::Scratch& own = scratch.local();
-            for (std::size_t b = range.begin(); b < range.end(); ++b) {
-                SampleBuffers<T> part = out;
-                for (int r = 0; r < plan.n_values(); ++r)
-                    part[r].data += static_cast<std::ptrdiff_t>(
-                                        plan.first_sample[plan.first_unit[b]]) *
-                                    part[r].sample_stride;
-                plan.evaluate_block(points, b, part, own);
-            }
-        });
 }
 
 template <class T>
@@ -714,38 +742,19 @@ void GridEvaluator<T>::for_each_block(
     const std::function<void(const SampleBlock<T>&)>& f) const {
     const Plan& plan = *plan_;
     assert(points.size() == plan.table().n_points());
-    const auto block = [&](std::size_t b) {
-        const Index first = plan.first_unit[b], last = plan.first_unit[b + 1];
-        const std::size_t sample = plan.first_sample[first];
-        return SampleBlock<T>{
-            first, last - first, sample, plan.first_sample[last] - sample, {}};
-    };
-    std::size_t most = 0;
-    for (std::size_t b = 0; b < plan.n_blocks(); ++b)
-        most = std::max(most, block(b).n_samples);
-    struct Local {
-        typename Plan::Scratch scratch;
-        AlignedArray<T> values;
-    };
-    const std::size_t size = grid::padded<T>(3 * most);
-    tbb::enumerable_thread_specific<Local> locals([&] {
-        return Local{{AlignedArray<T>(plan.point_space), AlignedArray<T>(plan.scratch)},
-                     AlignedArray<T>(size * plan.n_values())};
+    plan.for_each_local(true, [&](const auto& local, std::size_t b) {
+        const Index first = plan.first_unit[b];
+        SampleBlock<T> block{first,
+                             plan.first_unit[b + 1] - first,
+                             plan.first_sample[first],
+                             plan.block_size(b),
+                             {}};
+        const SampleBuffers<T> values = plan.block_buffers(local);
+        for (int r = 0; r < plan.n_values(); ++r)
+            block.values[r] = values[r].data;
+        plan.evaluate_block(points, b, values, local);
+        f(block);
     });
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, plan.n_blocks()),
-                      [&](const auto& range) {
-                          const Local& local = locals.local();
-                          SampleBuffers<T> out;
-                          for (int r = 0; r < plan.n_values(); ++r)
-                              out[r].data = local.values.data() + r * size;
-                          for (std::size_t b = range.begin(); b < range.end(); ++b) {
-                              SampleBlock<T> own = block(b);
-                              for (int r = 0; r < plan.n_values(); ++r)
-                                  own.values[r] = out[r].data;
-                              plan.evaluate_block(points, b, out, local.scratch);
-                              f(own);
-                          }
-                      });
 }
 
 template class GridEvaluator<float>;
