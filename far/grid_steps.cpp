@@ -1,63 +1,18 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
-#include "far/grid_kernels.h"
-
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+#include "far/grid_steps.h"
 
 #include <algorithm>
 #include <cstddef>
-#include <cstring>
 #include <type_traits>
 #include <vector>
 
+#include "far/point_rows.h"
 #include "far/refine_step.h"
 
 namespace osdx::detail {
 namespace {
-
-/// Calls f(range) for parts of 0 .. n, each of `work` points an item.
-template <class F>
-void for_ranges(std::size_t n, std::size_t work, F&& f) {
-    constexpr std::size_t kPointsInTask = 1 << 14;
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(
-                          0, n, std::max<std::size_t>(1, kPointsInTask / work)),
-                      f);
-}
-
-/// out = (a + b)/2
-template <class T>
-void mean_row(const T* __restrict a, const T* __restrict b, T* __restrict out,
-              std::size_t n) {
-    for (std::size_t i = 0; i < n; ++i)
-        out[i] = T(0.5) * (a[i] + b[i]);
-}
-
-/// out = b_weight b + side_weight (a + c)
-template <class T>
-void three_rows(T side_weight, const T* __restrict a, T b_weight, const T* __restrict b,
-                const T* __restrict c, T* __restrict out, std::size_t n) {
-    for (std::size_t i = 0; i < n; ++i)
-        out[i] = b_weight * b[i] + side_weight * (a[i] + c[i]);
-}
-
-/// Points that lie a constant step apart.
-template <class T>
-struct Strided {
-    const T* first;
-    std::ptrdiff_t step;
-    const T* operator[](Index i) const { return first + std::ptrdiff_t(i) * step; }
-    Strided reversed(Index n) const {
-        return {first + (std::ptrdiff_t(n) - 1) * step, -step};
-    }
-};
-
-/// Of constant size, so that it is a few moves and no call.
-template <int C, class T>
-void copy_point(const T* from, T* to) {
-    std::memcpy(to, from, C * sizeof(T));
-}
 
 /// The grids of a level with their points.
 template <class T, int C>
@@ -144,27 +99,27 @@ public:
         T(0.125);  // weight of the rows beside; 1 - 2 kAcross its own
 
     explicit Refining(Index size)
-        : n_(C * std::size_t(size)), middles_(n_ + kSlack), vertices_(n_ + kSlack) {}
+        : n_inner_(size - 1),
+          middles_(C * std::size_t(size) + kRowSlack<C>),
+          vertices_(C * std::size_t(size) + kRowSlack<C>) {}
 
-    void operator()(const T* in, T* out) {
-        mean_row(in, in + C, middles_.data(), n_);
-        three_rows(T(0.25), middles_.data(), T(0.5), in + C, middles_.data() + C,
-                   vertices_.data(), n_ - C);
-        // Whole vectors: what is too much is written over by the next point.
-        const T *m = middles_.data(), *v = vertices_.data();
-        for (std::size_t i = 0; i < n_ - C; i += C, out += 2 * C) {
-            std::memcpy(out, m + i, kCopied * sizeof(T));
-            std::memcpy(out + C, v + i, kCopied * sizeof(T));
-        }
-        std::memcpy(out, m + n_ - C, C * sizeof(T));
+    void operator()(const EndedRow<T>& row, T* out) {
+        const std::size_t n = C * n_inner_;
+        const T* in = row.inside;
+        T* middles = middles_.data();
+        mean_row(row.first, in, middles, C);
+        mean_row(in, in + C, middles + C, n - C);
+        mean_row(in + n - C, row.last, middles + n, C);
+        three_along<C>(T(0.125), T(0.75), row, n_inner_, vertices_.data());
+        interleave<C>(middles, vertices_.data(), n, out);
+        copy_point<C>(middles + n, out + 2 * n);
     }
     static SmoothWeights vertex_weights(double n) {
         return {(n - 1.75) / n, 1.5 / (n * n), 0.25 / (n * n)};
     }
 
 private:
-    static constexpr std::size_t kCopied = C == 3 ? 4 : C, kSlack = kCopied - C;
-    std::size_t n_;
+    std::size_t n_inner_;
     std::vector<T> middles_, vertices_;
 };
 
@@ -175,15 +130,15 @@ public:
     static constexpr bool kRefines = false;
     static constexpr T kAcross = T(0.25);
 
-    explicit Smoothing(Index size) : n_(C * (std::size_t(size) - 1)) {}
+    explicit Smoothing(Index size) : n_inner_(size - 1) {}
 
-    void operator()(const T* in, T* out) {
-        three_rows(T(0.25), in, T(0.5), in + C, in + 2 * C, out, n_);
+    void operator()(const EndedRow<T>& row, T* out) {
+        three_along<C>(T(0.25), T(0.5), row, n_inner_, out);
     }
     static SmoothWeights vertex_weights(double n) { return smooth_weights(n, false); }
 
 private:
-    std::size_t n_;
+    std::size_t n_inner_;
 };
 
 /// Mixes smooth points inside an edge with those of a crease.
@@ -256,22 +211,20 @@ public:
                                top = in_.along(h + 2).reversed(s - 1),
                                left = in_.along(h + 3).reversed(s - 1);
         const T* inside = in_.inside_face(f);
-        T* in = in_rows_.data();
         T *below = out_rows_.data(), *middle = below + n_out_, *above = middle + n_out_;
         T* row = out_.inside_face(f);
         for (Index j = 0; j <= s; ++j) {
             if (j == 0) {
-                in_.copy_edge(h, in);
+                in_.copy_edge(h, in_rows_.data());
+                rows_(whole_row(), above);
             } else if (j == s) {
                 in_.copy_row(in_.vertex(roots_.vertex[h + 3]), top,
-                             in_.vertex(roots_.vertex[h + 2]), in);
+                             in_.vertex(roots_.vertex[h + 2]), in_rows_.data());
+                rows_(whole_row(), above);
             } else {
-                copy_point<C>(left[j - 1], in);
-                std::copy_n(inside, n_in_ - 2 * C, in + C);
-                copy_point<C>(right[j - 1], in + n_in_ - C);
+                rows_({left[j - 1], inside, right[j - 1]}, above);
                 inside += n_in_ - 2 * C;
             }
-            rows_(in, above);
             if (j > 1) {
                 three_rows(Rows::kAcross, below, 1 - 2 * Rows::kAcross, middle, above,
                            row, n_out_);
@@ -303,11 +256,11 @@ public:
             add(own[t], left[t], right[t]);
         add(in_.vertex(roots_.vertex[twin]), in_.on_edge(roots_.next(h), 1),
             in_.on_edge(roots_.prev(twin), s - 1));
-        rows_(in_rows_.data(), out_.inside_edge(roots_.edge[h]));
+        rows_(whole_row(), out_.inside_edge(roots_.edge[h]));
     }
     void sharp_edge(const SharpEdge& e, const GridRules& rules) {
         in_.copy_edge(e.halfedge, in_rows_.data());
-        rows_(in_rows_.data(), out_rows_.data());
+        rows_(whole_row(), out_rows_.data());
         mix_edge(e, rules, out_rows_.data(), out_.grids().n_inner(), C,
                  out_.inside_edge(roots_.edge[e.halfedge]));
     }
@@ -334,6 +287,11 @@ public:
     }
 
 private:
+    EndedRow<T> whole_row() const {
+        const T* row = in_rows_.data();
+        return {row, row + C, row + n_in_ - C};
+    }
+
     const Points<const T, C>& in_;
     const Points<T, C>& out_;
     const Topology& roots_;
@@ -456,10 +414,8 @@ void smooth_grids(const QuadGrids& grids, const GridRules& rules, const T* in, T
     template void smooth_grids<T, C>(const QuadGrids&, const GridRules&, const T*, T*);
 OSDX_INSTANTIATE(float, 2)
 OSDX_INSTANTIATE(float, 3)
-OSDX_INSTANTIATE(float, 4)
 OSDX_INSTANTIATE(double, 2)
 OSDX_INSTANTIATE(double, 3)
-OSDX_INSTANTIATE(double, 4)
 #undef OSDX_INSTANTIATE
 
 }  // namespace osdx::detail
