@@ -219,24 +219,24 @@ struct LaneJet {
         }
         return r;
     }
-    /// a b + c
+    /// a b + sum
     friend HWY_INLINE LaneJet mul_add(const LaneJet& a, const LaneJet& b,
-                                      const LaneJet& c) {
+                                      const LaneJet& sum) {
         LaneJet r;
-        r.c[0] = mul_add(a.c[0], b.c[0], c.c[0]);
+        r.c[0] = mul_add(a.c[0], b.c[0], sum.c[0]);
         if constexpr (kOrder > 0) {
-            r.c[1] = mul_add(a.c[1], b.c[0], mul_add(a.c[0], b.c[1], c.c[1]));
-            r.c[2] = mul_add(a.c[2], b.c[0], mul_add(a.c[0], b.c[2], c.c[2]));
+            r.c[1] = mul_add(a.c[1], b.c[0], mul_add(a.c[0], b.c[1], sum.c[1]));
+            r.c[2] = mul_add(a.c[2], b.c[0], mul_add(a.c[0], b.c[2], sum.c[2]));
         }
         if constexpr (kOrder > 1) {
             r.c[3] = mul_add(a.c[3], b.c[0],
-                             mul_add(a.c[1], b.c[1], mul_add(a.c[0], b.c[3], c.c[3])));
+                             mul_add(a.c[1], b.c[1], mul_add(a.c[0], b.c[3], sum.c[3])));
             r.c[4] = mul_add(
                 a.c[4], b.c[0],
                 mul_add(a.c[2], b.c[1],
-                        mul_add(a.c[1], b.c[2], mul_add(a.c[0], b.c[4], c.c[4]))));
+                        mul_add(a.c[1], b.c[2], mul_add(a.c[0], b.c[4], sum.c[4]))));
             r.c[5] = mul_add(a.c[5], b.c[0],
-                             mul_add(a.c[2], b.c[2], mul_add(a.c[0], b.c[5], c.c[5])));
+                             mul_add(a.c[2], b.c[2], mul_add(a.c[0], b.c[5], sum.c[5])));
         }
         return r;
     }

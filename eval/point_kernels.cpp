@@ -162,9 +162,10 @@ HWY_INLINE LaneJet<V, kOrder> distances(const RingTables& t, int k, double a, do
 template <int kOrder>
 HWY_INLINE LaneJet<P8, kOrder> permute(const LaneJet<P8, kOrder>& x,
                                        const std::array<std::int64_t, kLanes>& index) {
-    LaneJet<P8, kOrder> r;
-    repeat<x.kSize>(x.kSize,
-                    [&](auto k) OSDX_LAMBDA { r.c[k] = permute(x.c[k], index.data()); });
+    using J = LaneJet<P8, kOrder>;
+    J r;
+    repeat<J::kSize>(J::kSize,
+                     [&](auto k) OSDX_LAMBDA { r.c[k] = permute(x.c[k], index.data()); });
     return r;
 }
 
