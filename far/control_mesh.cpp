@@ -4,43 +4,118 @@
 #include "far/control_mesh.h"
 
 #include <algorithm>
+#include <atomic>
+
+#include "far/parallel.h"
 
 namespace osdx::detail {
 
+/// What the sorting of some vertices adds.
+struct ControlMesh::Fans {
+    std::vector<IrregularFan> irregular;
+    std::vector<Index> ring;
+};
+
+// Vertices where something is sharp, or a border or gap runs, and those that no patch reads.
+constexpr std::uint8_t kSmooth = 0, kSpecial = 1, kUnknown = 2;
+
 ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
     : level_(&level),
+      degree_(degree),
       odd_(degree % 2 == 1),
       is_base_(is_base),
       midway_(!odd_ && !is_base),
       fans_(level.topology.n_halfedges(), Fan::Irregular),
-      settled_(level.topology.n_vertices(), false) {
-    std::vector<bool> sharp = vertices_at_sharp_faces();
-    for (Index v = 0; v < level.topology.n_vertices(); ++v) {
-        if (!sharp.empty() && sharp[v])
-            continue;
-        if (level.topology.vertex_halfedge[v] != kInvalidIndex && level.is_known(v))
-            sort_fans(v);
-    }
+      settled_(level.topology.n_vertices(), false),
+      inner_(level.topology.n_vertices(), false) {
+    const Topology& t = topology();
+    const auto none = [](std::size_t n, auto&& is) {
+        return first_index(n, is) == kInvalidIndex;
+    };
+    has_cuts_ =
+        odd_ ? !none(level.features.edge_sharpness.size(),
+                     [&](Index e) { return level.features.edge(e) >= kInfinitelySharp; })
+             : !none(t.n_halfedges(), [&](Index h) { return is_cut(h); });
+    all_quads_ = level.face_kinds.empty() && (t.quads_only || has_only_quads(t));
+    const std::vector<std::uint8_t> special = special_vertices();
+    std::vector<Fans> chunks(n_chunks(t.n_vertices()));
+    for_each_chunk(t.n_vertices(), kChunk,
+                   [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                       for (auto v = static_cast<Index>(begin); v < end; ++v) {
+                           if (t.vertex_halfedge[v] == kInvalidIndex)
+                               continue;
+                           if (special.empty() || special[v] == kSmooth)
+                               sort_fans(v, chunks[chunk]);
+                           else if (special[v] == kSpecial)
+                               sort_special_fans(v, chunks[chunk]);
+                       }
+                   });
+    for (const Fans& fans : chunks)
+        irregular_.insert(irregular_.end(), fans.irregular.begin(), fans.irregular.end());
 }
 
-/// Even degrees: where sharpness still changes the rules; empty: nowhere.
-std::vector<bool> ControlMesh::vertices_at_sharp_faces() const {
+/// By vertex, or empty where all are smooth.
+std::vector<std::uint8_t> ControlMesh::special_vertices() const {
     const Topology& t = topology();
-    std::vector<bool> vertices;
-    const auto add_face = [&](Index f) {
-        vertices.resize(t.n_vertices());
-        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
-            vertices[t.vertex[h]] = true;
+    const RefinedLevel& level = *level_;
+    std::vector<std::uint8_t> special;
+    const auto mark = [&](std::uint8_t& vertex, std::uint8_t what) {
+        std::atomic_ref(vertex).store(what, std::memory_order_relaxed);
     };
-    for (Index h = 0; h < t.n_halfedges() && !level_->rays.empty(); ++h) {
-        if (level_->edge_rays[t.edge[h]] != kInvalidIndex)
-            add_face(t.face[h]);
+    const auto mark_edges = [&](auto&& is) {
+        special.resize(t.n_vertices());
+        for_each_index(t.n_halfedges(), [&](Index h) {
+            if (!is(h))
+                return;
+            mark(special[t.vertex[h]], kSpecial);
+            mark(special[t.to_vertex(h)], kSpecial);
+        });
+    };
+    const auto mark_vertices = [&](auto&& is) {
+        special.resize(t.n_vertices());
+        for_each_index(t.n_vertices(), [&](Index v) {
+            if (is(v))
+                special[v] = kSpecial;
+        });
+    };
+    if (!level.gap.empty())
+        mark_edges([&](Index h) { return level.gap[t.edge[h]]; });
+    if (odd_) {
+        if (!level.features.edge_sharpness.empty())
+            mark_edges([&](Index h) { return level.features.edge(t.edge[h]) > 0; });
+        if (!level.features.vertex_sharpness.empty())
+            mark_vertices([&](Index v) { return level.features.vertex(v) > 0; });
+    } else {
+        if (has_cuts_)
+            mark_edges([&](Index h) { return is_cut(h); });
+        mark_vertices([&](Index v) {
+            return level.point_kinds[v] != PointKind::Inner ||
+                   (is_base_ && (!level.base_sharpness[v].rays.empty() ||
+                                 level.base_sharpness[v].vertex_sharpness > 0));
+        });
     }
-    for (const Junction& j : level_->junctions) {
+    if (!level.known.empty()) {
+        special.resize(t.n_vertices());
+        for (Index v = 0; v < t.n_vertices(); ++v) {
+            if (!level.known[v])
+                special[v] = kUnknown;
+        }
+    }
+    // Even degrees: where sharpness still changes the rules.
+    const auto skip_face = [&](Index f) {
+        special.resize(t.n_vertices());
+        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
+            special[t.vertex[h]] = kUnknown;
+    };
+    for (Index h = 0; h < t.n_halfedges() && !level.rays.empty(); ++h) {
+        if (level.edge_rays[t.edge[h]] != kInvalidIndex)
+            skip_face(t.face[h]);
+    }
+    for (const Junction& j : level.junctions) {
         if (j.vertex_sharpness < kInfinitelySharp)
-            add_face(j.face);
+            skip_face(j.face);
     }
-    return vertices;
+    return special;
 }
 
 bool ControlMesh::is_cut(Index h) const noexcept {
@@ -56,8 +131,26 @@ bool ControlMesh::is_quad(Index face) const noexcept {
                                           level_->face_kinds[face] != FaceKind::Spike);
 }
 
-void ControlMesh::sort_fans(Index v) {
+void ControlMesh::sort_fans(Index v, Fans& out) {
     const Topology& t = topology();
+    settled_[v] = true;
+    int n = 0;
+    Index ring[4];
+    t.for_each_outgoing(v, [&](Index h) { ring[n++ & 3] = h; });
+    if (n != 4) {
+        out.irregular.push_back({t.vertex_halfedge[v], n, PatchBorder::None, true});
+        return;
+    }
+    for (const Index h : ring)
+        fans_[h] = Fan::Inside;
+    inner_[v] = is_inner(v);
+}
+
+void ControlMesh::sort_special_fans(Index v, Fans& out) {
+    const Topology& t = topology();
+    std::vector<Index>& ring = out.ring;
+    ring.clear();
+    t.for_each_outgoing(v, [&](Index h) { ring.push_back(h); });
     bool blocked = false;  // semi-sharp, or beside a gap
     int n_cuts = 0;
     t.for_each_edge(v, [&](Index e, Index) {
@@ -85,14 +178,12 @@ void ControlMesh::sort_fans(Index v) {
         return;
     settled_[v] = true;
 
-    ring_.clear();
-    t.for_each_outgoing(v, [&](Index h) { ring_.push_back(h); });
-    const auto first = std::ranges::find_if(ring_, [&](Index h) { return is_cut(h); });
-    const bool open = first != ring_.end();
+    const auto first = std::ranges::find_if(ring, [&](Index h) { return is_cut(h); });
+    const bool open = first != ring.end();
     if (open)
-        std::rotate(ring_.begin(), first, ring_.end());
-    for (std::size_t begin = 0, end; begin < ring_.size(); begin = end) {
-        for (end = begin + 1; end < ring_.size() && !is_cut(ring_[end]);)
+        std::rotate(ring.begin(), first, ring.end());
+    for (std::size_t begin = 0, end; begin < ring.size(); begin = end) {
+        for (end = begin + 1; end < ring.size() && !is_cut(ring[end]);)
             ++end;
         const int n = static_cast<int>(end - begin);
         Fan fan = Fan::Irregular;
@@ -103,15 +194,95 @@ void ControlMesh::sort_fans(Index v) {
         else if (n == 1 && pinned)
             fan = Fan::Corner;
         for (std::size_t i = begin; i < end; ++i)
-            fans_[ring_[i]] = fan;
+            fans_[ring[i]] = fan;
+        if (fan == Fan::Inside)
+            inner_[v] = is_inner(v);
         if (fan == Fan::Irregular) {
-            irregular_.push_back({ring_[begin], n,
-                                  !open
-                                      ? (pinned ? PatchBorder::Spike : PatchBorder::None)
-                                  : pinned || dart ? PatchBorder::Pinned
-                                                   : PatchBorder::Smooth,
-                                  !dart && (open || !pinned)});
+            out.irregular.push_back(
+                {ring[begin], n,
+                 !open            ? (pinned ? PatchBorder::Spike : PatchBorder::None)
+                 : pinned || dart ? PatchBorder::Pinned
+                                  : PatchBorder::Smooth,
+                 !dart && (open || !pinned)});
         }
+    }
+}
+
+/// The points around are control points: known, and not on a border that runs midway.
+bool ControlMesh::is_inner(Index v) const {
+    const Topology& t = topology();
+    bool inner = true;
+    if (!all_quads_)
+        t.for_each_outgoing(v, [&](Index h) { inner &= is_quad(t.face[h]); });
+    if (level_->known.empty() && !midway_)
+        return inner;
+    t.for_each_outgoing(v, [&](Index h) {
+        const Index f = t.face[h];
+        for (Index g = t.face_offsets[f]; g < t.face_offsets[f + 1]; ++g) {
+            inner &= level_->is_known(t.vertex[g]) &&
+                     (!midway_ || level_->point_kinds[t.vertex[g]] == PointKind::Inner);
+        }
+    });
+    return inner;
+}
+
+std::vector<std::uint8_t> ControlMesh::inner_cells() const {
+    const Topology& t = topology();
+    std::vector<std::uint8_t> vertices = inner_, faces(t.n_faces());
+    // A ring less with each step.
+    for (int i = 1; i <= degree_ / 2; ++i) {
+        if (i == degree_ / 2 && !odd_)
+            break;
+        for_each_index(t.n_faces(), [&](Index f) {
+            std::uint8_t all = true;
+            for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
+                all &= vertices[t.vertex[h]];
+            faces[f] = all;
+        });
+        if (i == degree_ / 2)
+            break;
+        for_each_index(t.n_vertices(), [&](Index v) {
+            if (vertices[v])
+                t.for_each_outgoing(v, [&](Index h) { vertices[v] &= faces[t.face[h]]; });
+        });
+    }
+    return odd_ ? faces : vertices;
+}
+
+/// The n-th next halfedge of a quad.
+Index ControlMesh::step(Index h, Index n) const noexcept {
+    const Topology& t = topology();
+    const Index first = t.quads_only ? h & ~Index(3) : t.face_offsets[t.face[h]];
+    return first + ((h - first + n) & 3);
+}
+
+void ControlMesh::inner_net(Index h, Index* out) const noexcept {
+    const Topology& t = topology();
+    const int d = degree_;
+    for (int i = 0; i < d / 2; ++i) {
+        h = step(t.twin[step(h, 3)], 3);
+        h = step(t.twin[h], 2);
+    }
+    for (int y = 0; y < d; ++y) {
+        Index right = h;
+        for (int x = 0; x < d; ++x) {
+            *out++ = t.vertex[right];
+            right = step(right, 1);
+            if (x == d - 1)
+                *out++ = t.vertex[right];
+            else
+                right = step(t.twin[right], 1);
+        }
+        if (y < d - 1)
+            h = t.twin[step(h, 2)];
+    }
+    // The upper sides of the last row of quads.
+    for (int x = 0; x < d; ++x) {
+        *out++ = t.vertex[step(h, 3)];
+        if (x == d - 1)
+            *out++ = t.vertex[step(h, 2)];
+        else
+            h = step(t.twin[step(h, 1)], 1);
     }
 }
 
@@ -244,11 +415,22 @@ bool ControlGrid::is_regular(const ControlMesh& mesh, bool but_first) const {
     return true;
 }
 
+bool ControlGrid::is_vertex(int axis, int i) const noexcept {
+    return i >= (begin_[axis] == Begin::Border && midway_) &&
+           i <= n_[axis] - (end_[axis] && midway_);
+}
+
+Index ControlGrid::point(int x, int y) const noexcept {
+    x += origin_[0];
+    y += origin_[1];
+    return is_vertex(0, x) && is_vertex(1, y) ? vertex(x, y) : kInvalidIndex;
+}
+
 bool ControlGrid::line_terms(int axis, int i, double weight, Line& terms) const {
     const int n = n_[axis];
     const bool begin = begin_[axis] == Begin::Border;
     const int lo = begin && midway_ ? 1 : 0, hi = end_[axis] && midway_ ? n - 1 : n;
-    if (i >= lo && i <= hi) {
+    if (is_vertex(axis, i)) {
         terms.emplace_back(i, weight);
         return true;
     }

@@ -5,6 +5,8 @@
 
 #include <cassert>
 
+#include "far/parallel.h"
+
 namespace osdx {
 namespace {
 
@@ -25,8 +27,25 @@ int descend(Vec2<double>& p, Vec2<double>& towards) noexcept {
 
 PatchRef PatchTable::patch(Index i) const noexcept {
     const Record& r = patches_[i];
-    const auto n = static_cast<std::size_t>(classes_[r.patch_class].n_points());
-    return {r.patch_class, r.level, std::span(points_).subspan(r.first_point, n)};
+    const auto n = static_cast<std::size_t>(classes_[r.patch_class()].n_points());
+    return {r.patch_class(), r.level(), std::span(points_).subspan(r.first_point, n)};
+}
+
+detail::PatchLeaf PatchTable::leaf(Index node) const noexcept {
+    if (!(node & kSquareBit))
+        return leaves_[node & ~kLeafBit];
+    const Index patch = node & kPatchMask;
+    if (patches_[patch].level() > 0)
+        return {patch, 0, 0, 0, 2, 0};
+    // Even degrees: a quarter of the patch of its vertex, else a quarter of its face.
+    const int k = static_cast<int>(node >> kQuarterShift & 3);
+    const auto p = degree_ % 2 == 0 ? Vec2<int>(1, 1) : 2 * square_corner<int>(k);
+    return {patch,
+            0,
+            static_cast<std::int8_t>(p.x),
+            static_cast<std::int8_t>(p.y),
+            1,
+            static_cast<std::uint8_t>(k)};
 }
 
 PatchPoint PatchTable::locate(const QuarterPoint& point,
@@ -42,49 +61,69 @@ PatchPoint PatchTable::locate(const QuarterPoint& point,
         turns -= corner;
         scale *= 2;
     }
-    const Leaf& leaf = leaves_[node & ~kLeafBit];
-    const int extent = class_of(leaf.patch).extent();
-    p = Vec2<double>(leaf.x, leaf.y) + double(leaf.size) * turn(p, leaf.turns);
-    return {leaf.patch,
-            leaf.sector,
+    const detail::PatchLeaf at = leaf(node);
+    const int extent = class_of(at.patch).extent();
+    p = Vec2<double>(at.x, at.y) + double(at.size) * turn(p, at.turns);
+    return {at.patch,
+            at.sector,
             p.x / extent,
             p.y / extent,
-            (turns + leaf.turns) & 3,
-            scale * leaf.size / extent};
+            (turns + at.turns) & 3,
+            scale * at.size / extent};
 }
+
+template <class T>
+void PatchTable::refresh_channels(int n_channels, std::span<T> values) const {
+    for (std::size_t g = 0; g + 1 < row_groups_.size(); ++g) {
+        const Index first = row_groups_[g];
+        detail::for_each_chunk(row_groups_[g + 1] - first, detail::kChunk,
+                               [&](std::size_t, std::size_t begin, std::size_t end) {
+                                   refined_points_.extend(
+                                       n_base_points_, n_channels, values,
+                                       first + static_cast<Index>(begin),
+                                       first + static_cast<Index>(end));
+                               });
+    }
+}
+template void PatchTable::refresh_channels(int, std::span<float>) const;
+template void PatchTable::refresh_channels(int, std::span<double>) const;
 
 PatchPoint PatchTable::locate(const Address& address) const noexcept {
     return locate(to_quarter(base_, address));
 }
 
 std::vector<Cell> PatchTable::cells() const {
-    struct Frame {
-        Index node;
-        Vec2<double> origin, x_axis;
-    };
     std::vector<Cell> cells;
-    std::vector<Frame> stack;
-    for (Index quarter = 0; quarter < base_.n_halfedges(); ++quarter) {
-        if (has_surface(base_.face[quarter]))
-            stack.push_back({nodes_[quarter], {0, 0}, {1, 0}});
-        while (!stack.empty()) {
-            const Frame f = stack.back();
-            stack.pop_back();
-            if (f.node & kLeafBit) {
-                const Leaf& leaf = leaves_[f.node & ~kLeafBit];
-                cells.push_back({quarter, leaf.patch, f.origin, f.x_axis});
-                continue;
-            }
-            const Vec2<double> y_axis = turn(f.x_axis, 1);
-            for (int k = 3; k >= 0; --k) {
-                const auto c = square_corner<double>(k);
-                stack.push_back({nodes_[f.node + k],
-                                 f.origin + c.x * f.x_axis + c.y * y_axis,
-                                 0.5 * turn(f.x_axis, k)});
-            }
-        }
-    }
+    for (Index quarter = 0; quarter < base_.n_halfedges(); ++quarter)
+        add_cells(quarter, cells);
     return cells;
+}
+
+void PatchTable::add_cells(Index quarter, std::vector<Cell>& cells) const {
+    if (!has_surface(base_.face[quarter]))
+        return;
+    const auto add = [&](auto&& self, Index node, Vec2<double> origin,
+                         Vec2<double> x_axis) -> void {
+        if (node & kLeafBit) {
+            const detail::PatchLeaf at = leaf(node);
+            cells.push_back({quarter,
+                             at.patch,
+                             origin,
+                             x_axis,
+                             at.sector,
+                             {at.x, at.y},
+                             at.size,
+                             at.turns});
+            return;
+        }
+        const Vec2<double> y_axis = turn(x_axis, 1);
+        for (int k = 0; k < 4; ++k) {
+            const auto c = square_corner<double>(k);
+            self(self, nodes_[node + k], origin + c.x * x_axis + c.y * y_axis,
+                 0.5 * turn(x_axis, k));
+        }
+    };
+    add(add, nodes_[quarter], {0, 0}, {1, 0});
 }
 
 }  // namespace osdx

@@ -42,7 +42,26 @@ struct Cell {
     Index patch;
     Vec2<double> origin;  ///< of the cell's frame, in the quarter
     Vec2<double> x_axis;  ///< its first side; the second is this, turned by 90 degrees
+    /// The same square in the chart of the patch, whose unit is half an edge of the control
+    /// mesh (PatchClass::extent): the frame's origin, and its first side by length and turns.
+    Index sector;
+    Vec2<int> chart_origin;
+    int chart_size, chart_turns;
 };
+
+namespace detail {
+
+/// Where a cell lies in the chart of its patch.
+struct PatchLeaf {
+    Index patch;
+    Index sector;
+    std::int8_t x, y;   ///< origin of the cell's frame, in half-edges of the control mesh
+    std::uint8_t size;  ///< of the cell, in half-edges: 1 or 2
+    std::uint8_t turns;  ///< quarter turns of the cell's frame
+    bool operator==(const PatchLeaf&) const = default;
+};
+
+}  // namespace detail
 
 /// The patches of a mesh, in flat arrays: topology and stencils, no positions.
 ///
@@ -57,6 +76,8 @@ struct Cell {
 /// Threads: const members may run at the same time.
 class PatchTable {
 public:
+    bool operator==(const PatchTable&) const = default;
+
     Index n_base_points() const noexcept { return n_base_points_; }
     Index n_points() const noexcept { return n_base_points_ + refined_points_.n_rows(); }
     Index n_patches() const noexcept { return static_cast<Index>(patches_.size()); }
@@ -72,22 +93,35 @@ public:
     std::span<const PatchClass> classes() const noexcept { return classes_; }
     PatchRef patch(Index i) const noexcept;
     const PatchClass& class_of(Index patch) const noexcept {
-        return classes_[patches_[patch].patch_class];
+        return classes_[patches_[patch].patch_class()];
     }
     /// Stencils of the points from n_base_points() on, each over the points before it.
     const StencilTable& refined_points() const noexcept { return refined_points_; }
 
-    /// The first n_base_points() of `points` are the base positions; fills the others.
+    /// Where groups of these begin, and the end: rows of a group read none of their own group,
+    /// so that they may be formed at the same time.
+    std::span<const Index> row_groups() const noexcept { return row_groups_; }
+
+    /// The first n_base_points() of `points` are the base positions; fills the others, on all
+    /// threads. T: float or double.
     /// \pre points.size() == n_points()
     template <class T>
-    void refresh_points(std::span<Vec3<T>> points) const noexcept {
+    void refresh_points(std::span<Vec3<T>> points) const {
         refresh_channels(3, std::span(&points.data()->x, 3 * points.size()));
     }
     /// The same for values of any number of channels, stored one point after the other.
     /// \pre values.size() == n_points() n_channels
     template <class T>
-    void refresh_channels(int n_channels, std::span<T> values) const noexcept {
-        refined_points_.extend(n_base_points_, n_channels, values);
+    void refresh_channels(int n_channels, std::span<T> values) const;
+    /// The same for some of the points alone, with the same result to the last bit.
+    /// \param which  in ascending order, from n_base_points() on
+    template <class T>
+    void refresh_channels(int n_channels, std::span<T> values,
+                          std::span<const Index> which) const noexcept {
+        for (const Index p : which) {
+            const Index row = p - n_base_points_;
+            refined_points_.extend(n_base_points_, n_channels, values, row, row + 1);
+        }
     }
 
     /// The patch under a point; addresses out of range are clamped (see to_quarter).
@@ -99,24 +133,28 @@ public:
 
     /// Every leaf with its place in its quarter.
     std::vector<Cell> cells() const;
+    /// Appends those of one quarter, in the order of its quadtree: squares that make up a larger
+    /// one follow one another. None in faces without surface.
+    void add_cells(Index quarter, std::vector<Cell>& cells) const;
 
 private:
     friend class PatchTableBuilder;
 
-    static constexpr Index kLeafBit = Index(1) << 31;
-    // Where a cell lies in the chart of its patch.
-    struct Leaf {
-        Index patch;
-        Index sector;
-        std::int16_t x,
-            y;  // origin of the cell's frame, in half-edges of the control mesh
-        std::uint8_t size;   // of the cell, in half-edges: 1 or 2
-        std::uint8_t turns;  // quarter turns of the cell's frame
-    };
+    // A node of a quadtree is a leaf or the index of the first of four children, child j at
+    // corner j of the parent's frame; kInvalidIndex in faces without surface. Leaves of n-sided
+    // patches are indices of leaves_. Those of square patches, which cover whole cells, are
+    // made from what the node holds: the patch and, at level 0, the quarter's number.
+    static constexpr Index kLeafBit = Index(1) << 31, kSquareBit = Index(1) << 30;
+    static constexpr Index kQuarterShift = 28;
+    static constexpr Index kPatchMask = (Index(1) << kQuarterShift) - 1;
+    detail::PatchLeaf leaf(Index node) const noexcept;
+
     struct Record {
-        Index patch_class;
+        Index class_and_level;  // the level in the lowest 8 bits
         Index first_point;
-        std::uint8_t level;
+        bool operator==(const Record&) const = default;
+        Index patch_class() const noexcept { return class_and_level >> 8; }
+        int level() const noexcept { return static_cast<int>(class_and_level & 255); }
     };
 
     int degree_ = 3;
@@ -125,14 +163,12 @@ private:
     Topology base_;
     Features features_;
     StencilTable refined_points_;
+    std::vector<Index> row_groups_;
     std::vector<PatchClass> classes_;
     std::vector<Record> patches_;
     std::vector<Index> points_;  // of all patches, from first_point on
-    std::vector<Leaf> leaves_;
-    // Roots: one per quarter. The top bit marks a leaf, the rest is its index; without it,
-    // the index of the first of four children, child j at corner j of the parent's frame.
-    // kInvalidIndex in faces without surface.
-    std::vector<Index> nodes_;
+    std::vector<detail::PatchLeaf> leaves_;
+    std::vector<Index> nodes_;  // roots first: one per quarter
 };
 
 /// What covers the surface where its neighbourhood is not regular.
@@ -154,6 +190,9 @@ struct PatchTableOptions {
     /// Gregory: tangents of the limit's eigenvectors in their own length, instead of the length
     /// that follows the limit closer; see far/gregory_points.h.
     bool paper_tangents = false;
+    /// Gregory: faces that are no quads get no centre point; weights are divided by their sum.
+    /// Such patches are further from the limit inside.
+    bool normalised = false;
     /// Level to which the inner ends of infinitely sharp creases, and infinitely sharp
     /// vertices without creases, are refined: 0 to 16. One patch covers what is left around
     /// them. It joins its neighbours like all others, but inside it errs from the limit

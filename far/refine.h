@@ -114,6 +114,9 @@ StencilTable split_stencils(const Topology& topology);
 /// Even d: the same for curves and vertices of their own points, as if the surface went on
 /// beyond a curve by the point reflection P(-x) = 2 P(0) - P(x): a face that a curve halves
 /// has its centroid on the curve, and an edge that it crosses its middle.
+///
+/// For the points of the last level alone UniformRefinement (odd degrees) and DualRefinement
+/// (even ones) are far quicker.
 class Refinement {
 public:
     /// \pre kMinDegree <= degree <= kMaxDegree; even degrees: check_refinement()
@@ -125,6 +128,8 @@ public:
     const RefinedLevel& level(int i) const noexcept { return levels_[i]; }
     const Topology& topology(int i) const noexcept { return levels_[i].topology; }
     Index n_base_points() const noexcept { return n_base_points_; }
+    /// Hands out the topology of a level, which is empty from then on.
+    Topology release_topology(int i) noexcept { return std::move(levels_[i].topology); }
 
     void add_level();
     /// Refines a part of the last level.
@@ -145,13 +150,16 @@ public:
     /// before it: an array that starts with the base points is extended row by row.
     struct Chain {
         StencilTable rows;
+        /// Where groups of rows begin, and the end; rows of a group read none of it.
+        std::vector<Index> groups{0};
         /// By level and vertex: the place in the array; kInvalidIndex where it has none.
         std::vector<std::vector<Index>> place;
     };
-    /// \param wanted  by level and vertex; points on the way to these get rows as well
-    /// \pre wanted.size() == n_levels(); wanted[i].size() == topology(i).n_vertices(); what is
-    ///      wanted is known
-    Chain chain(std::vector<std::vector<bool>> wanted) const;
+    /// \param wanted  by level and vertex; points on the way to these get rows as well. Those
+    ///        of level 0 are there in any case, and nothing is asked of wanted[0].
+    /// \pre wanted.size() == n_levels(); wanted[i].size() == topology(i).n_vertices() for
+    ///      i > 0; what is wanted is known
+    Chain chain(std::vector<std::vector<std::uint8_t>> wanted) const;
 
 private:
     void add_refined(const RefinedLevel& parent);

@@ -3,8 +3,11 @@
 
 #include "far/topology.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
+
+#include "far/parallel.h"
 
 namespace osdx {
 
@@ -34,7 +37,32 @@ Topology build_topology(const Mesh& mesh) {
         if (number[h.idx()] != kInvalidIndex)
             t.twin[number[h.idx()]] = number[h.opp().idx()];
     }
+    t.quads_only = has_only_quads(t);
     return t;
+}
+
+bool has_only_quads(const Topology& t) {
+    return detail::first_index(t.n_faces(), [&](Index f) {
+               return t.face_size(f) != 4;
+           }) == kInvalidIndex;
+}
+
+std::vector<Index> border_halfedges(const Topology& t) {
+    std::vector<Index> borders;
+    detail::for_each_numbered(
+        t.n_halfedges(), 8 * detail::kChunk,
+        [&](std::size_t begin, std::size_t end) {
+            return static_cast<std::size_t>(
+                std::count(t.twin.begin() + begin, t.twin.begin() + end, kInvalidIndex));
+        },
+        [&](std::size_t n) { borders.resize(n); },
+        [&](std::size_t next, std::size_t begin, std::size_t end) {
+            for (std::size_t h = begin; h < end && next < borders.size(); ++h) {
+                if (t.twin[h] == kInvalidIndex)
+                    borders[next++] = static_cast<Index>(h);
+            }
+        });
+    return borders;
 }
 
 MeshData to_mesh_data(const Topology& topology, std::vector<Vec3<double>> positions) {
@@ -52,6 +80,7 @@ Topology split(const Topology& t) {
     const Index first_face = first_edge + t.n_edges;
 
     Topology s;
+    s.quads_only = true;
     s.n_edges = 2 * t.n_edges + n;
     s.face_offsets.resize(n + 1);
     s.vertex.resize(4 * n);
@@ -64,7 +93,7 @@ Topology split(const Topology& t) {
     // first half.
     const auto half = [&](Index h) { return 2 * t.edge[h] + (h < t.twin[h] ? 0 : 1); };
     const auto other_half = [&](Index h) { return half(h) ^ 1; };
-    for (Index h = 0; h < n; ++h) {
+    detail::for_each_index(n, [&](Index h) {
         const Index p = t.prev(h);
         const Index q = 4 * h;
         s.face_offsets[h + 1] = q + 4;
@@ -81,13 +110,23 @@ Topology split(const Topology& t) {
         s.edge[q + 1] = 2 * t.n_edges + h;
         s.edge[q + 2] = 2 * t.n_edges + p;
         s.edge[q + 3] = other_half(p);
-        for (Index k = 0; k < 4; ++k) {
+        for (Index k = 0; k < 4; ++k)
             s.face[q + k] = h;
-            Index& out = s.vertex_halfedge[s.vertex[q + k]];
-            if (out == kInvalidIndex || s.is_border(q + k))
-                out = q + k;
-        }
-    }
+        // The border's or the lowest halfedge at the middle of the edge that leaves h.
+        const Index next = 4 * t.next(h) + 3;
+        Index& out = s.vertex_halfedge[first_edge + t.edge[h]];
+        if (t.is_border(h))
+            out = next;
+        else if (h < t.twin[h])
+            out = std::min({q + 1, next, 4 * t.next(t.twin[h]) + 3});
+    });
+    detail::for_each_index(t.n_vertices(), [&](Index v) {
+        const Index h = t.vertex_halfedge[v];
+        s.vertex_halfedge[v] = h == kInvalidIndex ? kInvalidIndex : 4 * h;
+    });
+    detail::for_each_index(t.n_faces(), [&](Index f) {
+        s.vertex_halfedge[first_face + f] = 4 * t.face_offsets[f] + 2;
+    });
     return s;
 }
 
@@ -164,6 +203,7 @@ Submesh submesh(const Topology& t, const std::vector<bool>& keep) {
     number(vertex, s.vertices);
     number(edge, s.edges);
     Topology& r = s.topology;
+    r.quads_only = t.quads_only;
     r.n_edges = static_cast<Index>(s.edges.size());
     r.vertex_halfedge.assign(s.vertices.size(), kInvalidIndex);
     for (Index k = 0; k < s.halfedges.size(); ++k) {

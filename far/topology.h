@@ -28,6 +28,11 @@ struct Topology {
     /// One that starts here, the border's at a border vertex; kInvalidIndex if unused.
     std::vector<Index> vertex_halfedge;
     Index n_edges = 0;
+    /// All faces are quads: then halfedge h is corner h modulo 4 of face h / 4, and walks about
+    /// vertices read `twin` alone, which is what large meshes wait for. May be false for quads.
+    bool quads_only = false;
+
+    bool operator==(const Topology&) const = default;
 
     Index n_vertices() const noexcept {
         return static_cast<Index>(vertex_halfedge.size());
@@ -39,10 +44,14 @@ struct Topology {
     }
 
     Index next(Index h) const noexcept {
+        if (quads_only)
+            return (h & ~Index(3)) | ((h + 1) & 3);
         const Index f = face[h];
         return h + 1 == face_offsets[f + 1] ? face_offsets[f] : h + 1;
     }
     Index prev(Index h) const noexcept {
+        if (quads_only)
+            return (h & ~Index(3)) | ((h + 3) & 3);
         const Index f = face[h];
         return h == face_offsets[f] ? face_offsets[f + 1] - 1 : h - 1;
     }
@@ -85,8 +94,21 @@ struct Topology {
     }
 };
 
-/// Flattens a mesh that build_mesh made, with its numbering of vertices and faces.
+/// What Topology::quads_only may be.
+bool has_only_quads(const Topology& topology);
+
+/// Checks the arrays and links them, with their numbering of vertices and faces: nothing is
+/// dropped, doubled or renumbered. A vertex that no face uses is kept. Meshes may be open;
+/// tags are left to build_features(). In linear time, on all threads.
+/// \return every ErrorCode from EmptyMesh to NonManifoldVertex, with the element and its line;
+///         those of check_uvs, with the face.
+Result<Topology> build_topology(const MeshData& data);
+
+/// Flattens a mesh that build_mesh made: the same as from its arrays.
 Topology build_topology(const Mesh& mesh);
+
+/// The halfedges at the border, in ascending order.
+std::vector<Index> border_halfedges(const Topology& topology);
 
 /// The faces of a topology with given positions, as arrays. A face's first vertex is that of
 /// its first halfedge.

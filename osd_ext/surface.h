@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "eval/evaluator.h"
+#include "far/dependents.h"
 #include "far/features.h"
 #include "far/mesh.h"
 #include "far/patch_table.h"
@@ -22,6 +23,7 @@ struct SurfaceOptions {
     int levels = 0;               ///< Gregory: steps of refinement before; 0 to 10
     bool uniform = false;         ///< Gregory: refine everywhere, not only where needed
     bool paper_tangents = false;  ///< Gregory: see PatchTableOptions
+    bool normalised = false;      ///< Gregory: see PatchTableOptions
     bool ignore_tags = false;     ///< take the mesh as if it had no tags
     int isolation = 6;            ///< level of the ends of creases; see PatchTableOptions
     /// Instead of the mesh's tag, or EdgeOnly.
@@ -37,7 +39,7 @@ struct SurfaceOptions {
 /// Units: those of the mesh. Threads: const members may run at the same time.
 class Surface {
 public:
-    /// \return InvalidOption, or what build_mesh, build_features and check_surface
+    /// \return InvalidOption, or what build_topology, build_features and check_surface
     ///         return.
     static Result<Surface> build(const MeshData& mesh,
                                  const SurfaceOptions& options = {});
@@ -63,6 +65,14 @@ public:
     /// New positions for the same mesh.
     /// \return SizeMismatch or NonFinitePoint; then nothing has changed.
     Status set_positions(std::span<const Vec3<double>> positions);
+
+    /// New positions for some vertices, for the price of what depends on them. The result is
+    /// that of set_positions() to the last bit. The first call makes the tables for it, in
+    /// linear time; see Dependents.
+    /// \return what has changed; SizeMismatch, IndexOutOfRange or NonFinitePoint, and then
+    ///         nothing has
+    Result<Change> move_vertices(std::span<const Index> vertices,
+                                 std::span<const Vec3<double>> positions);
 
     /// Position and derivatives at a point of a base face.
     /// \pre where.face < base().n_faces()
@@ -91,6 +101,7 @@ private:
 
     std::unique_ptr<const PatchTable> table_;  // stays put: the evaluator refers to it
     std::unique_ptr<const Evaluator> evaluator_;
+    std::unique_ptr<const Dependents> dependents_;  // from the first use on
     std::vector<Vec3<double>> points_;
     std::vector<Index> unused_vertices_;
 };

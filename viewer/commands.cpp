@@ -12,8 +12,10 @@
 #include <ostream>
 #include <set>
 
+#include "far/dual_refinement.h"
 #include "far/features.h"
 #include "far/refine.h"
+#include "far/uniform_refinement.h"
 #include "osd_ext/comparison.h"
 #include "osd_ext/continuity.h"
 #include "osd_ext/export.h"
@@ -170,8 +172,8 @@ struct RefinedTexture {
     std::vector<Index> face_uvs;
 };
 
-/// The texture coordinates on the last level, by corner: the faces and halfedges of odd degrees
-/// are those of the refined mesh.
+/// The texture coordinates on the last level, by corner as refine_mesh() numbers them for odd
+/// degrees.
 Result<RefinedTexture> refine_texture(const MeshData& data, const Topology& base,
                                       const Features& features,
                                       const CommandOptions& options) {
@@ -183,31 +185,82 @@ Result<RefinedTexture> refine_texture(const MeshData& data, const Topology& base
         build_face_varying(base, features, data.face_uvs, *rule);
     if (!channel)
         return channel.error();
-    std::vector<Vec3<double>> points;
-    for (const Index value : channel->values)
-        points.emplace_back(data.uvs[value], 0);
-    Topology topology = channel->topology;
-    if (channel->rule == FaceVaryingRule::All) {
-        for (int i = 0; i < options.levels; ++i) {
-            const StencilTable rows = split_stencils(topology);
-            std::vector<Vec3<double>> next(rows.n_rows());
-            rows.apply(std::span<const Vec3<double>>(points), std::span(next));
-            points = std::move(next);
-            topology = split(topology);
-        }
-    } else {
-        Refinement refinement(topology, options.degree, channel->features);
-        for (int i = 0; i < options.levels; ++i)
-            refinement.add_level();
-        points = refinement.points(points);
-        topology = refinement.topology(options.levels);
-    }
     RefinedTexture texture;
     texture.rule = channel->rule;
-    for (const auto& p : points)
-        texture.uvs.emplace_back(p.x, p.y);
-    texture.face_uvs = std::move(topology.vertex);
+    for (const Index value : channel->values)
+        texture.uvs.push_back(data.uvs[value]);
+    const UniformRefinement refinement(channel->topology, options.degree, options.levels,
+                                       channel->features);
+    const QuadGrids grids = refinement.grids();
+    texture.face_uvs.resize(grids.n_halfedges());
+    if (channel->rule != FaceVaryingRule::All) {
+        std::vector<Vec2<double>> uvs(grids.n_vertices());
+        refinement.points(std::span<const Vec2<double>>(texture.uvs), std::span(uvs));
+        texture.uvs = std::move(uvs);
+        face_vertices(grids, texture.face_uvs);
+        return texture;
+    }
+    Topology topology = std::move(channel->topology);
+    for (int i = 0; i < options.levels; ++i) {
+        const StencilTable rows = split_stencils(topology);
+        std::vector<Vec2<double>> next(rows.n_rows());
+        rows.apply(std::span<const Vec2<double>>(texture.uvs), std::span(next));
+        texture.uvs = std::move(next);
+        topology = split(topology);
+    }
+    for (Index h = 0; h < topology.n_halfedges(); ++h)
+        texture.face_uvs[refinement.from_split(h)] = topology.vertex[h];
     return texture;
+}
+
+/// The last level of a mesh with its tags.
+struct RefinedMesh {
+    MeshData data;
+    std::size_t n_border_edges;
+};
+
+RefinedMesh refined_mesh(const Topology& topology, std::vector<Vec3<double>> points,
+                         const Features& features) {
+    RefinedMesh result = {
+        to_mesh_data(topology, std::move(points)),
+        static_cast<std::size_t>(std::ranges::count(topology.twin, kInvalidIndex))};
+    result.data.tags = to_tags(topology, features);
+    return result;
+}
+
+RefinedMesh refine_mesh(const MeshData& data, Topology base, const Features& features,
+                        const CommandOptions& options) {
+    const std::span<const Vec3<double>> positions(data.positions);
+    if (options.degree % 2 == 1) {
+        const UniformRefinement refinement(std::move(base), options.degree,
+                                           options.levels, features);
+        std::vector<Vec3<double>> points(refinement.grids().n_vertices());
+        refinement.points(positions, std::span(points));
+        return refined_mesh(to_topology(refinement.grids()), std::move(points),
+                            refinement.features());
+    }
+    if (options.levels > 0 && DualRefinement::takes(features)) {
+        const DualRefinement refinement(std::move(base), options.degree, options.levels,
+                                        features);
+        RefinedMesh result;
+        result.data.positions.resize(refinement.n_vertices());
+        refinement.points(positions, std::span(result.data.positions));
+        result.data.face_sizes.resize(refinement.n_faces());
+        result.data.face_vertices.resize(refinement.n_halfedges());
+        refinement.faces(result.data.face_sizes, result.data.face_vertices);
+        result.n_border_edges = refinement.n_border_edges();
+        result.data.tags = to_tags(refinement.base(), refinement.features());
+        return result;
+    }
+    Refinement refinement(std::move(base), options.degree, features);
+    for (int i = 0; i < options.levels; ++i)
+        refinement.add_level();
+    const RefinedLevel& last = refinement.level(options.levels);
+    RefinedMesh result =
+        refined_mesh(last.topology, refinement.points(data.positions), last.features);
+    if (options.levels > 0)
+        drop_unused_vertices(result.data);  // points of creases between the faces
+    return result;
 }
 
 Json family_report(const Job& job, const Measures& m) {
@@ -322,10 +375,10 @@ Status subdivide_command(const CommandOptions& options) {
     const Result<MeshData> data = read_mesh(options.input);
     if (!data)
         return in_file(data.error(), options.input);
-    const Result<Mesh> mesh = build_mesh(*data);
-    if (!mesh)
-        return in_file(mesh.error(), options.input);
-    Topology base = build_topology(*mesh);
+    Result<Topology> built = build_topology(*data);
+    if (!built)
+        return in_file(built.error(), options.input);
+    Topology& base = *built;
     Result<Features> features = build_features(
         *data, base, {.ignore_tags = options.ignore_tags, .boundary = options.boundary});
     if (!features)
@@ -346,12 +399,8 @@ Status subdivide_command(const CommandOptions& options) {
             return in_file(refined.error(), options.input);
         texture = std::move(*refined);
     }
-    Refinement refinement(std::move(base), options.degree, std::move(*features));
-    for (int i = 0; i < options.levels; ++i)
-        refinement.add_level();
-    const RefinedLevel& last = refinement.level(options.levels);
-    MeshData refined = to_mesh_data(last.topology, refinement.points(data->positions));
-    refined.tags = to_tags(last.topology, last.features);
+    auto [refined, n_border_edges] =
+        refine_mesh(*data, std::move(base), *features, options);
     if (texture) {
         refined.uvs = std::move(texture->uvs);
         refined.face_uvs = std::move(texture->face_uvs);
@@ -361,15 +410,14 @@ Status subdivide_command(const CommandOptions& options) {
                                 {},
                                 0});
     }
-    if (options.degree % 2 == 0 && options.levels > 0)
-        drop_unused_vertices(refined);  // points of creases between the faces
     progress.stage("writing");
     if (const Status s = written(write_mesh(options.out, refined), options.out); !s)
         return s;
-    return write_report(options,
-                        {{"degree", options.degree},
-                         {"levels", options.levels},
-                         {"mesh", mesh_report(refinement.topology(options.levels))}});
+    return write_report(
+        options, {{"degree", options.degree},
+                  {"levels", options.levels},
+                  {"mesh", mesh_report(refined.positions.size(),
+                                       refined.face_sizes.size(), n_border_edges)}});
 }
 
 Status tessellate_command(const CommandOptions& options) {
@@ -407,6 +455,7 @@ Status compare_command(const CommandOptions& options) {
         return job.error();
     const Topology& base = job->surface.base();
     const double diagonal = job->diagonal();
+    const int even_rate = options.rate + options.rate % 2;
     progress.stage("building the limit surface");
     const Result<LimitSurface> limit = job->build_limit(options.isolation);
     if (!limit)
@@ -440,7 +489,24 @@ Status compare_command(const CommandOptions& options) {
     std::string lines = family_lines(options, *job, *m);
     lines += fmt::format("(limit of OpenSubdiv at isolation {}, itself within {:.1e})\n",
                          options.isolation, *error);
-    if (!options.with.empty()) {
+    if (options.with == "catmark") {
+        progress.stage("measuring OpenSubdiv's patches");
+        const Result<LimitSurface> peer = job->build_limit(options.with_isolation);
+        if (!peer)
+            return in_file(peer.error(), options.input);
+        const auto to_limit =
+            measure_distance(base, job->surface.features(), surface_function(base, *peer),
+                             surface_function(base, *limit), even_rate, diagonal);
+        if (!to_limit)
+            return in_file(to_limit.error(), options.input);
+        report["with"] = {{"patch", options.with},
+                          {"isolation", options.with_isolation},
+                          {"patches", {{"all", peer->n_patches()}}},
+                          {"limit", distance_report(*to_limit)}};
+        lines += fmt::format(
+            "OpenSubdiv at isolation {}: {} patches\n  to the limit: {}\n",
+            options.with_isolation, peer->n_patches(), distance_line(*to_limit));
+    } else if (!options.with.empty()) {
         CommandOptions others = options;
         others.patch = options.with;
         Result<Job> other = load_job(others);
@@ -450,9 +516,9 @@ Status compare_command(const CommandOptions& options) {
         if (!n)
             return in_file(n.error(), options.input);
         progress.stage("measuring the distance between the two");
-        const auto between = measure_distance(base, job->surface.features(),
-                                              job->function(), other->function(),
-                                              options.rate + options.rate % 2, diagonal);
+        const auto between =
+            measure_distance(base, job->surface.features(), job->function(),
+                             other->function(), even_rate, diagonal);
         if (!between)
             return in_file(between.error(), options.input);
         report["with"] = family_report(*other, *n);
