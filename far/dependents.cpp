@@ -12,8 +12,7 @@ namespace {
 
 void sort_out(std::vector<Index>& list) {
     std::ranges::sort(list);
-    const auto rest = std::ranges::unique(list);
-    list.erase(rest.begin(), rest.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
 }
 
 void append(std::vector<Index>& list, std::span<const Index> more) {

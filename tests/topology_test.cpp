@@ -116,7 +116,8 @@ MeshData shuffled(const MeshData& mesh, unsigned seed) {
     auto v = mesh.face_vertices.begin();
     for (const Index n : mesh.face_sizes) {
         faces.emplace_back(v, v + n);
-        std::ranges::rotate(faces.back(), faces.back().begin() + random() % n);
+        std::rotate(faces.back().begin(), faces.back().begin() + random() % n,
+                    faces.back().end());
         v += n;
     }
     std::ranges::shuffle(faces, random);
