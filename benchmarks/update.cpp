@@ -1,0 +1,56 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+#include "benchmarks/ours.h"
+#include "benchmarks/peers.h"
+#include "benchmarks/stages.h"
+
+namespace osdx::bench {
+
+void update_stage(Suite& suite, std::span<const BenchMesh> meshes) {
+    if (!suite.wants("update"))
+        return;
+    for (const BenchMesh& mesh : meshes) {
+        FloatSurface surface = make_surface(mesh, surface_options(3));
+        std::vector<Vec3<float>> moved;
+        for (const Vec3<double>& p : mesh.data.positions)
+            moved.push_back(Vec3<float>(p) * Vec3<float>(1, -2, 0.5f));
+        const Way ours = {
+            kOurs, "refresh_points",
+            [&] {
+                std::ranges::copy(moved, surface.points.begin());
+                surface.surface.patches().refresh_points<float>(surface.points);
+            },
+            surface.bytes};
+        const auto faces = regular_faces(surface.surface);
+        const auto places = grid_places(
+            std::span(faces).first(std::min<std::size_t>(faces.size(), 1024)));
+        ours.run();
+        const auto expected = evaluate_all(our_points(surface, places), places.size());
+        for (const int threads : {1, 2}) {
+            std::vector<Way> ways;
+            if (mesh.n_faces() <= kLargestForPeers) {
+                for (UpdateWay& peer : opensubdiv_update(mesh, moved, threads)) {
+                    peer.way.run();
+                    const auto points = peer.points(places);
+                    double gap = 0;
+                    for (std::size_t i = 0; i < places.size(); ++i)
+                        gap =
+                            std::max<double>(gap, glm::length(points[i] - expected[i].p));
+                    // Rounding in float.
+                    suite.check(mesh.name + ": " + peer.way.name + ", updated p",
+                                gap / diagonal(mesh.data), 1e-5);
+                    ways.push_back(std::move(peer.way));
+                }
+            }
+            suite.compare({"update", mesh.name, mesh.n_faces(), 3, threads,
+                           double(mesh.n_faces()), "faces"},
+                          ours, ways);
+        }
+    }
+}
+
+}  // namespace osdx::bench
