@@ -58,33 +58,37 @@ PatchPoint PatchTable::locate(const Address& address) const noexcept {
 }
 
 std::vector<Cell> PatchTable::cells() const {
-    struct Frame {
-        Index node;
-        Vec2<double> origin, x_axis;
-    };
     std::vector<Cell> cells;
-    std::vector<Frame> stack;
-    for (Index quarter = 0; quarter < base_.n_halfedges(); ++quarter) {
-        if (has_surface(base_.face[quarter]))
-            stack.push_back({nodes_[quarter], {0, 0}, {1, 0}});
-        while (!stack.empty()) {
-            const Frame f = stack.back();
-            stack.pop_back();
-            if (f.node & kLeafBit) {
-                const Leaf& leaf = leaves_[f.node & ~kLeafBit];
-                cells.push_back({quarter, leaf.patch, f.origin, f.x_axis});
-                continue;
-            }
-            const Vec2<double> y_axis = turn(f.x_axis, 1);
-            for (int k = 3; k >= 0; --k) {
-                const auto c = square_corner<double>(k);
-                stack.push_back({nodes_[f.node + k],
-                                 f.origin + c.x * f.x_axis + c.y * y_axis,
-                                 0.5 * turn(f.x_axis, k)});
-            }
-        }
-    }
+    for (Index quarter = 0; quarter < base_.n_halfedges(); ++quarter)
+        add_cells(quarter, cells);
     return cells;
+}
+
+void PatchTable::add_cells(Index quarter, std::vector<Cell>& cells) const {
+    if (!has_surface(base_.face[quarter]))
+        return;
+    const auto add = [&](auto&& self, Index node, Vec2<double> origin,
+                         Vec2<double> x_axis) -> void {
+        if (node & kLeafBit) {
+            const Leaf& leaf = leaves_[node & ~kLeafBit];
+            cells.push_back({quarter,
+                             leaf.patch,
+                             origin,
+                             x_axis,
+                             leaf.sector,
+                             {leaf.x, leaf.y},
+                             leaf.size,
+                             leaf.turns});
+            return;
+        }
+        const Vec2<double> y_axis = turn(x_axis, 1);
+        for (int k = 0; k < 4; ++k) {
+            const auto c = square_corner<double>(k);
+            self(self, nodes_[node + k], origin + c.x * x_axis + c.y * y_axis,
+                 0.5 * turn(x_axis, k));
+        }
+    };
+    add(add, nodes_[quarter], {0, 0}, {1, 0});
 }
 
 }  // namespace osdx

@@ -42,6 +42,11 @@ struct Cell {
     Index patch;
     Vec2<double> origin;  ///< of the cell's frame, in the quarter
     Vec2<double> x_axis;  ///< its first side; the second is this, turned by 90 degrees
+    /// The same square in the chart of the patch, whose unit is half an edge of the control
+    /// mesh (PatchClass::extent): the frame's origin, and its first side by length and turns.
+    Index sector;
+    Vec2<int> chart_origin;
+    int chart_size, chart_turns;
 };
 
 /// The patches of a mesh, in flat arrays: topology and stencils, no positions.
@@ -99,6 +104,9 @@ public:
 
     /// Every leaf with its place in its quarter.
     std::vector<Cell> cells() const;
+    /// Appends those of one quarter, in the order of its quadtree: squares that make up a larger
+    /// one follow one another. None in faces without surface.
+    void add_cells(Index quarter, std::vector<Cell>& cells) const;
 
 private:
     friend class PatchTableBuilder;

@@ -14,7 +14,7 @@
 set -euo pipefail
 
 build=(g++ cmake ninja-build pkg-config
-    libopenmesh-dev libglm-dev libtbb-dev libeigen3-dev libfmt-dev
+    libopenmesh-dev libglm-dev libtbb-dev libhwy-dev libeigen3-dev libfmt-dev
     libembree-dev libosd-dev
     libcli11-dev nlohmann-json3-dev libtinygltf-dev libpng-dev libstb-dev
     libgtest-dev)
@@ -27,7 +27,7 @@ by_hand() {
     cat >&2 <<'END'
 osdx is built with a C++20 compiler (GCC 12, Clang 14 or newer), CMake 3.22, Ninja and
 pkg-config, from these libraries:
-  OpenMesh, GLM, oneTBB, Eigen 3, fmt, CLI11, nlohmann-json, tinygltf, libpng, stb,
+  OpenMesh, GLM, oneTBB, Highway, Eigen 3, fmt, CLI11, nlohmann-json, tinygltf, libpng, stb,
   GoogleTest for the tests; Embree 3 or 4 to trace rays and OpenSubdiv 3.5 to compare.
 Once they are installed, from the folder of the sources:
   cmake --preset release && cmake --build --preset release && ctest --preset release

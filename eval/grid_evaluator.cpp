@@ -1,0 +1,725 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include "eval/grid_evaluator.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstdint>
+#include <new>
+#include <numeric>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "eval/bspline_basis.h"
+#include "eval/grid_kernels.h"
+
+namespace osdx {
+namespace {
+
+/// Memory for vectors of any instruction set. Not initialised.
+template <class T>
+class AlignedArray {
+public:
+    explicit AlignedArray(std::size_t size = 0)
+        : data_(size == 0 ? nullptr
+                          : static_cast<T*>(::operator new(size * sizeof(T), kAlign))) {}
+    T* data() const noexcept { return data_.get(); }
+
+private:
+    static constexpr std::align_val_t kAlign{grid::kPanelBytes};
+    struct Delete {
+        void operator()(T* p) const noexcept { ::operator delete(p, kAlign); }
+    };
+    std::unique_ptr<T, Delete> data_;
+};
+
+/// What decides the weights of a rectangle of samples: their places in the chart of a class.
+/// Lengths are integers: in half-edges of the control mesh, divided by the rate.
+struct Shape {
+    Index patch_class;
+    Index sector;  // 0 in closed patches, which are turned
+    Vec2<std::int64_t> origin;
+    std::int64_t step;   // from one sample to the next
+    std::int32_t turns;  // from (u, v) to the chart
+    std::int32_t nx, ny;
+    std::int32_t pitch;  // from one row of samples to the next
+
+    bool operator==(const Shape&) const = default;
+};
+
+struct HashShape {
+    std::size_t operator()(const Shape& s) const noexcept {
+        std::uint64_t h = 0;
+        for (const std::uint64_t x :
+             {std::uint64_t(s.patch_class), std::uint64_t(s.sector),
+              std::uint64_t(s.origin.x), std::uint64_t(s.origin.y), std::uint64_t(s.step),
+              std::uint64_t(s.turns), std::uint64_t(s.nx), std::uint64_t(s.ny),
+              std::uint64_t(s.pitch)}) {
+            h = (h ^ x) * 0x9e3779b97f4a7c15u;
+            h ^= h >> 29;
+        }
+        return h;
+    }
+};
+
+/// Samples of a unit that share a table, or are evaluated one by one.
+struct Tile {
+    Index shape;
+    Index patch;
+    Index sector;
+    Index first_sample;  // in the unit
+};
+
+/// Numbers different shapes in the order of their coming.
+class ShapeSet {
+public:
+    Index add(const Shape& shape) {
+        if (!shapes_.empty() && shapes_[last_] == shape)
+            return last_;
+        const auto [it, is_new] =
+            index_.try_emplace(shape, static_cast<Index>(shapes_.size()));
+        if (is_new)
+            shapes_.push_back(shape);
+        return last_ = it->second;
+    }
+    const std::vector<Shape>& shapes() const noexcept { return shapes_; }
+
+private:
+    std::unordered_map<Shape, Index, HashShape> index_;
+    std::vector<Shape> shapes_;
+    Index last_ = 0;
+};
+
+/// Control points that are turned with the sectors: sector k's are those of sector 0, k shift
+/// places on in a ring.
+struct Ring {
+    int first = 0, size = 0, shift = 0;
+};
+std::array<Ring, 2> rings(const PatchClass& c) noexcept {
+    const int n = c.n_sectors, d = c.degree;
+    if (c.is_open() || c.is_square())
+        return {};
+    switch (c.kind) {
+        case PatchKind::EV:
+            return {{{1, n * (d - 1), d - 1},
+                     {1 + n * (d - 1), n * (d - 1) * (d - 1), (d - 1) * (d - 1)}}};
+        case PatchKind::EF:
+            return {{{0, n * d * d, d * d}, {}}};
+        default:
+            return {{{0, GregoryBasis::kPerCorner * n, GregoryBasis::kPerCorner}, {}}};
+    }
+}
+
+/// The control points of a patch as if `sector` were sector 0.
+template <class T>
+void gather(std::span<const Vec3<T>> points, std::span<const Index> indices,
+            const std::array<Ring, 2>& rings, Index sector, T* out) noexcept {
+    const auto copy = [&](int first, int last) {
+        for (int i = first; i < last; ++i, out += 3) {
+            const Vec3<T>& p = points[indices[i]];
+            out[0] = p.x;
+            out[1] = p.y;
+            out[2] = p.z;
+        }
+    };
+    int next = 0;
+    for (const Ring& ring : rings) {
+        if (ring.size == 0 || sector == 0)
+            continue;
+        const int shifted = ring.first + static_cast<int>(sector) * ring.shift;
+        copy(next, ring.first);
+        copy(shifted, ring.first + ring.size);
+        copy(ring.first, shifted);
+        next = ring.first + ring.size;
+    }
+    copy(next, static_cast<int>(indices.size()));
+}
+
+/// Cuts the samples of faces into tiles.
+class Tiler {
+public:
+    Tiler(const PatchTable& table, int rate) : table_(table), rate_(rate) {}
+
+    void add_face(Index face, ShapeSet& shapes, std::vector<Tile>& tiles) {
+        const Topology& base = table_.base();
+        if (!table_.has_surface(face))
+            return;
+        const Index first = base.face_offsets[face], n = base.face_size(face);
+        pieces_.clear();
+        for (Index corner = 0; corner < n; ++corner)
+            add_quarter(first + corner, n == 4 ? static_cast<int>(corner) : 0);
+        if (n == 4) {
+            const bool merge =
+                pieces_.size() == 4 && std::ranges::all_of(pieces_, [&](const Piece& p) {
+                    return p.level == 0 && p.map == pieces_[0].map;
+                });
+            if (merge)
+                return add_tile(pieces_[0].map, {0, 0}, {rate_, rate_}, rate_ + 1, 0,
+                                shapes, tiles);
+        }
+        const Index per_quarter = Index(rate_ / 2 + 1) * (rate_ / 2 + 1);
+        for (const Piece& p : pieces_) {
+            const int corner = static_cast<int>(p.quarter - first);
+            // Samples of the quarter by their numbers from its corner on.
+            Vec2<int> lo(first_index(p.x, p.level), first_index(p.y, p.level));
+            Vec2<int> hi(last_index(p.x, p.level), last_index(p.y, p.level));
+            if (n != 4) {
+                add_tile(p.map, lo, hi, rate_ / 2 + 1, corner * per_quarter, shapes,
+                         tiles);
+                continue;
+            }
+            // The middle lines of a quad belong to the lower side.
+            if (2 * hi.x == rate_ && corner >= 2)
+                --hi.x;
+            if (2 * hi.y == rate_ && (corner == 1 || corner == 2))
+                --hi.y;
+            const Vec2<int> at = rate_ * square_corner<int>(corner);
+            const Vec2<int> a = at + turn(lo, corner), b = at + turn(hi, corner);
+            if (lo.x <= hi.x && lo.y <= hi.y)
+                add_tile(p.map, glm::min(a, b), glm::max(a, b), rate_ + 1, 0, shapes,
+                         tiles);
+        }
+    }
+
+private:
+    /// Where a point lies in the chart of a patch, in half-edges:
+    /// origin + step turn(w, turns), for w = (u, v) in a quad, half of a QuarterPoint in others.
+    struct Map {
+        Index patch, sector;
+        Vec2<int> origin;
+        int step, turns;
+        bool operator==(const Map&) const = default;
+    };
+    /// A square of a quarter: [x, x + 1] x [y, y + 1] over 2^level.
+    struct Piece {
+        Index quarter;
+        int level, x, y;
+        Map map;
+    };
+
+    int first_index(int x, int level) const {
+        return x == 0 ? 0
+                      : static_cast<int>((std::int64_t(x) * rate_) >> (level + 1)) + 1;
+    }
+    int last_index(int x, int level) const {
+        return static_cast<int>((std::int64_t(x + 1) * rate_) >> (level + 1));
+    }
+
+    /// \param corner  of the quad that the quarter is at, or 0
+    void add_quarter(Index quarter, int corner) {
+        cells_.clear();
+        table_.add_cells(quarter, cells_);
+        const std::size_t begin = pieces_.size();
+        for (const Cell& cell : cells_) {
+            const double size = std::abs(cell.x_axis.x + cell.x_axis.y);
+            const int level = -std::ilogb(size);
+            const auto axis_turns = cell.x_axis.x > 0   ? 0
+                                    : cell.x_axis.y > 0 ? 1
+                                    : cell.x_axis.x < 0 ? 2
+                                                        : 3;
+            const Vec2<double> lo =
+                glm::min(cell.origin, cell.origin + cell.x_axis + turn(cell.x_axis, 1));
+            // All of these are integers.
+            const double scale = std::ldexp(1.0, level);
+            const int step = cell.chart_size << (level + 1);
+            const int turns = cell.chart_turns - axis_turns;
+            const Vec2<int> origin =
+                cell.chart_origin -
+                turn(Vec2<int>(scale * double(cell.chart_size) * cell.origin), turns) -
+                step * turn(square_corner<int>(corner), turns - corner);
+            pieces_.push_back(
+                {quarter,
+                 level,
+                 static_cast<int>(scale * lo.x),
+                 static_cast<int>(scale * lo.y),
+                 {cell.patch, cell.sector, origin, step, (turns - corner) & 3}});
+            while (merge_last(begin)) {
+            }
+        }
+    }
+
+    /// Four squares that are one square of one map become that.
+    bool merge_last(std::size_t begin) {
+        if (pieces_.size() < begin + 4)
+            return false;
+        const Piece* p = pieces_.data() + pieces_.size() - 4;
+        for (int k = 1; k < 4; ++k) {
+            if (p[k].level != p[0].level || p[k].x >> 1 != p[0].x >> 1 ||
+                p[k].y >> 1 != p[0].y >> 1 || !(p[k].map == p[0].map))
+                return false;
+        }
+        if (p[0].level == 0)
+            return false;
+        const Piece merged{p[0].quarter, p[0].level - 1, p[0].x >> 1, p[0].y >> 1,
+                           p[0].map};
+        pieces_.resize(pieces_.size() - 4);
+        pieces_.push_back(merged);
+        return true;
+    }
+
+    void add_tile(const Map& map, Vec2<int> lo, Vec2<int> hi, int pitch, Index first,
+                  ShapeSet& shapes, std::vector<Tile>& tiles) {
+        if (lo.x > hi.x || lo.y > hi.y)
+            return;
+        using Long = Vec2<std::int64_t>;
+        const Index patch_class = table_.patch(map.patch).patch_class;
+        const PatchClass& c = table_.classes()[patch_class];
+        const Index shape =
+            shapes.add({patch_class, c.is_open() ? map.sector : 0,
+                        std::int64_t(rate_) * Long(map.origin) +
+                            std::int64_t(map.step) * Long(turn(lo, map.turns)),
+                        map.step, map.turns, hi.x - lo.x + 1, hi.y - lo.y + 1, pitch});
+        tiles.push_back({shape, map.patch, map.sector,
+                         first + static_cast<Index>(lo.y * pitch + lo.x)});
+    }
+
+    const PatchTable& table_;
+    int rate_;
+    std::vector<Cell> cells_;
+    std::vector<Piece> pieces_;
+};
+
+}  // namespace
+
+template <class T>
+struct GridEvaluator<T>::Plan {
+    const Evaluator* evaluator;
+    GridOptions options;
+    int rate = 1;
+    std::vector<DomainPoint> domain_points;  // units are patches: all of their samples
+    std::vector<Index> first_tile{0};        // by unit
+    std::vector<std::size_t> first_sample{0};
+    std::vector<Index> first_unit{0};  // by block
+    std::vector<Tile> tiles;
+    std::vector<Shape> shapes;
+    // By shape. Without weights where there is no table.
+    std::vector<grid::Table<T>> tables;
+    std::vector<std::array<Ring, 2>> rings;
+    AlignedArray<T> weights;
+    std::size_t n_weights = 0;
+    std::size_t n_single_samples = 0;
+    std::size_t scratch = 0;      // elements for a tile
+    std::size_t point_space = 0;  // elements for its points
+
+    const PatchTable& table() const noexcept { return evaluator->table(); }
+    int n_values() const noexcept { return n_derivatives(options.order); }
+    Chart chart(const PatchClass& c) const noexcept {
+        return options.native_at_borders && c.is_open() ? Chart::Native : Chart::BaseUV;
+    }
+
+    /// A sample of a tile of this shape, as if its sector were that of the shape.
+    PatchPoint place(const Shape& shape, Index patch, int i, int j) const noexcept {
+        if (!domain_points.empty()) {
+            const DomainPoint& p = domain_points[i];
+            return {patch, static_cast<Index>(p.sector), p.a, p.b, 0, 1.0};
+        }
+        const double extent = table().classes()[shape.patch_class].extent();
+        const auto at =
+            shape.origin + shape.step * turn(Vec2<std::int64_t>(i, j), shape.turns);
+        return {patch,
+                shape.sector,
+                double(at.x) / (rate * extent),
+                double(at.y) / (rate * extent),
+                shape.turns,
+                double(shape.step) / extent};
+    }
+
+    void make_tables();
+    void make_full(const Shape& shape, Index patch, T* out) const;
+    void make_product(const Shape& shape, T* out) const;
+    void make_blocks();
+
+    struct Scratch {
+        AlignedArray<T> points, values;
+    };
+    void evaluate_units(std::span<const Vec3<T>> points, Index first, Index last,
+                        const SampleBuffers<T>& out, const Scratch& scratch) const;
+    void evaluate_single(std::span<const Vec3<T>> points, const Tile& tile,
+                         const grid::Target<T>& target) const;
+};
+
+template <class T>
+void GridEvaluator<T>::Plan::make_tables() {
+    std::vector<Index> uses(shapes.size(), 0), patch(shapes.size());
+    for (const Tile& tile : tiles) {
+        ++uses[tile.shape];
+        patch[tile.shape] = tile.patch;
+    }
+    tables.resize(shapes.size());
+    rings.resize(shapes.size());
+    std::vector<std::size_t> size(shapes.size());
+    for (std::size_t s = 0; s < shapes.size(); ++s) {
+        const Shape& shape = shapes[s];
+        const PatchClass& c = table().classes()[shape.patch_class];
+        const bool product = c.kind == PatchKind::Regular && domain_points.empty();
+        rings[s] = osdx::rings(c);
+        grid::Table<T>& t = tables[s];
+        t = {nullptr,
+             options.order,
+             shape.nx,
+             shape.ny,
+             c.n_points(),
+             product ? c.degree : 0,
+             product && shape.turns % 2 == 1};
+        const std::size_t order1 = options.order + 1;
+        size[s] = product ? (c.degree + 1) * (grid::padded<T>(order1 * shape.nx) +
+                                              grid::padded<T>(order1 * shape.ny))
+                          : t.n_points * (n_values() * grid::padded<T>(t.n_samples()));
+    }
+
+    // What is used most goes first.
+    std::vector<Index> sorted(shapes.size());
+    std::iota(sorted.begin(), sorted.end(), Index(0));
+    std::ranges::stable_sort(sorted, std::greater<>(), [&](Index s) { return uses[s]; });
+    std::vector<std::pair<Index, std::size_t>> made;  // with its place
+    for (const Index s : sorted) {
+        const std::size_t end = n_weights + size[s];
+        if (uses[s] < options.min_table_uses ||
+            end * sizeof(T) > options.max_table_bytes) {
+            n_single_samples += uses[s] * tables[s].n_samples();
+            continue;
+        }
+        made.emplace_back(s, n_weights);
+        n_weights = end;
+        scratch = std::max(scratch, grid::scratch_size(tables[s]));
+        point_space = std::max(point_space, std::size_t(3 * tables[s].n_points));
+    }
+    weights = AlignedArray<T>(n_weights);
+    tbb::parallel_for(std::size_t(0), made.size(), [&](std::size_t m) {
+        const auto [s, place] = made[m];
+        T* out = weights.data() + place;
+        if (tables[s].product_degree > 0)
+            make_product(shapes[s], out);
+        else
+            make_full(shapes[s], patch[s], out);
+        tables[s].weights = out;
+    });
+}
+
+template <class T>
+void GridEvaluator<T>::Plan::make_full(const Shape& shape, Index patch, T* out) const {
+    const PatchClass& c = table().classes()[shape.patch_class];
+    const std::size_t n = static_cast<std::size_t>(c.n_points());
+    const std::size_t rows = grid::padded<T>(std::size_t(shape.nx) * shape.ny);
+    constexpr std::size_t kPanel = grid::kPanel<T>;
+    std::fill_n(out, n_values() * rows * n, T(0));
+    tbb::parallel_for(0, shape.ny, [&](int j) {
+        std::vector<double> w(n_values() * n);
+        for (int i = 0; i < shape.nx; ++i) {
+            evaluator->weights(place(shape, patch, i, j), options.order, chart(c), w);
+            for (int r = 0; r < n_values(); ++r) {
+                const std::size_t row = r * rows + std::size_t(j) * shape.nx + i;
+                T* panel = out + row / kPanel * (kPanel * n) + row % kPanel;
+                for (std::size_t k = 0; k < n; ++k)
+                    panel[k * kPanel] = static_cast<T>(w[r * n + k]);
+            }
+        }
+    });
+}
+
+template <class T>
+void GridEvaluator<T>::Plan::make_product(const Shape& shape, T* out) const {
+    const PatchClass& c = table().classes()[shape.patch_class];
+    const int n = c.degree + 1, order = options.order;
+    // i runs along one axis of the chart, up or down, j along the other.
+    const Vec2<std::int64_t> along_i = turn(Vec2<std::int64_t>(1, 0), shape.turns),
+                             along_j = turn(Vec2<std::int64_t>(0, 1), shape.turns);
+    const bool swapped = along_i.x == 0;
+    const double scale = double(shape.step) / c.extent();
+    std::array<double, (kMaxDegree + 1) * 3> taylor;
+    const std::span basis(taylor.data(), static_cast<std::size_t>(n * (order + 1)));
+    /// put(derivative, control point, weight)
+    const auto make = [&](int index, std::int64_t origin, std::int64_t direction,
+                          auto&& put) {
+        const double x =
+            double(origin + shape.step * direction * index) / (rate * double(c.extent()));
+        bspline_basis<double>(c.degree, x, order, basis);
+        double factor = 1;  // from Taylor coefficients to derivatives
+        for (int q = 0; q <= order; ++q) {
+            for (int k = 0; k < n; ++k)
+                put(q, k, static_cast<T>(factor * basis[k * (order + 1) + q]));
+            factor *= double(direction) * scale * (q + 1);
+        }
+    };
+    const std::size_t size = grid::padded<T>(std::size_t(order + 1) * shape.nx);
+    std::fill_n(out, n * size, T(0));
+    for (int i = 0; i < shape.nx; ++i) {
+        make(i, swapped ? shape.origin.y : shape.origin.x,
+             swapped ? along_i.y : along_i.x,
+             [&](int q, int k, T w) { out[k * size + q * shape.nx + i] = w; });
+    }
+    out += n * size;
+    for (int j = 0; j < shape.ny; ++j) {
+        make(j, swapped ? shape.origin.x : shape.origin.y,
+             swapped ? along_j.x : along_j.y,
+             [&](int q, int k, T w) { out[(q * shape.ny + j) * n + k] = w; });
+    }
+}
+
+/// Whole units, as many as fit.
+template <class T>
+void GridEvaluator<T>::Plan::make_blocks() {
+    const std::size_t most =
+        std::max<std::size_t>(1, options.block_bytes / (3 * sizeof(T) * n_values()));
+    const Index n = static_cast<Index>(first_sample.size() - 1);
+    for (Index unit = 0; unit < n; ++unit) {
+        if (unit > first_unit.back() &&
+            first_sample[unit + 1] - first_sample[first_unit.back()] > most)
+            first_unit.push_back(unit);
+    }
+    if (n > 0)
+        first_unit.push_back(n);
+}
+
+template <class T>
+void GridEvaluator<T>::Plan::evaluate_units(std::span<const Vec3<T>> points, Index first,
+                                            Index last, const SampleBuffers<T>& out,
+                                            const Scratch& scratch_memory) const {
+    const grid::Kernel<T> kernel = grid::kernel<T>();
+    grid::Target<T> target{};
+    for (int r = 0; r < n_values(); ++r) {
+        target.sample_stride[r] = out[r].sample_stride;
+        target.channel_stride[r] = out[r].channel_stride;
+    }
+    for (Index unit = first; unit < last; ++unit) {
+        for (Index i = first_tile[unit]; i < first_tile[unit + 1]; ++i) {
+            const Tile& tile = tiles[i];
+            const grid::Table<T>& t = tables[tile.shape];
+            const std::size_t sample =
+                first_sample[unit] - first_sample[first] + tile.first_sample;
+            for (int r = 0; r < n_values(); ++r) {
+                const std::ptrdiff_t stride = out[r].sample_stride;
+                target.data[r] =
+                    out[r].data + static_cast<std::ptrdiff_t>(sample) * stride;
+                target.row_stride[r] = shapes[tile.shape].pitch * stride;
+            }
+            if (!t.weights) {
+                evaluate_single(points, tile, target);
+                continue;
+            }
+            T* p = scratch_memory.points.data();
+            gather(points, table().patch(tile.patch).points, rings[tile.shape],
+                   tile.sector, p);
+            kernel(t, p, scratch_memory.values.data(), target);
+        }
+    }
+}
+
+template <class T>
+void GridEvaluator<T>::Plan::evaluate_single(std::span<const Vec3<T>> points,
+                                             const Tile& tile,
+                                             const grid::Target<T>& target) const {
+    const Shape& shape = shapes[tile.shape];
+    const Chart c = chart(table().classes()[shape.patch_class]);
+    for (int j = 0; j < shape.ny; ++j) {
+        for (int i = 0; i < shape.nx; ++i) {
+            PatchPoint where = place(shape, tile.patch, i, j);
+            if (domain_points.empty())
+                where.sector = tile.sector;
+            const SurfaceJet<T> jet =
+                options.order == 0   ? evaluator->evaluate<T, 0>(points, where, c)
+                : options.order == 1 ? evaluator->evaluate<T, 1>(points, where, c)
+                                     : evaluator->evaluate<T, 2>(points, where, c);
+            const Vec3<T> values[] = {jet.p, jet.du, jet.dv, jet.duu, jet.duv, jet.dvv};
+            for (int r = 0; r < n_values(); ++r) {
+                T* to = target.data[r] + j * target.row_stride[r] +
+                        i * target.sample_stride[r];
+                for (int k = 0; k < 3; ++k)
+                    to[k * target.channel_stride[r]] = values[r][k];
+            }
+        }
+    }
+}
+
+template <class T>
+GridEvaluator<T>::GridEvaluator(const Evaluator& evaluator, int rate,
+                                const GridOptions& options) {
+    assert(rate >= 1);
+    auto plan = std::make_unique<Plan>();
+    plan->evaluator = &evaluator;
+    plan->options = options;
+    plan->rate = rate;
+    const PatchTable& table = evaluator.table();
+    const Topology& base = table.base();
+    const Index n_faces = base.n_faces();
+
+    // Chunks of faces have shapes of their own; these are joined in the order of the chunks.
+    struct Chunk {
+        ShapeSet shapes;
+        std::vector<Tile> tiles;
+    };
+    constexpr Index kChunk = 2048;
+    std::vector<Chunk> chunks((n_faces + kChunk - 1) / kChunk);
+    plan->first_tile.resize(n_faces + 1);
+    plan->first_sample.resize(n_faces + 1);
+    tbb::parallel_for(std::size_t(0), chunks.size(), [&](std::size_t i) {
+        Tiler tiler(table, rate);
+        const Index first = static_cast<Index>(i) * kChunk;
+        for (Index f = first; f < std::min(n_faces, first + kChunk); ++f) {
+            tiler.add_face(f, chunks[i].shapes, chunks[i].tiles);
+            plan->first_tile[f + 1] = static_cast<Index>(chunks[i].tiles.size());
+        }
+    });
+    ShapeSet shapes;
+    std::vector<std::vector<Index>> shape_of(chunks.size());
+    std::vector<Index> first_tile(chunks.size() + 1, 0);
+    for (std::size_t i = 0; i < chunks.size(); ++i) {
+        for (const Shape& s : chunks[i].shapes.shapes())
+            shape_of[i].push_back(shapes.add(s));
+        first_tile[i + 1] = first_tile[i] + static_cast<Index>(chunks[i].tiles.size());
+    }
+    plan->shapes = shapes.shapes();
+    plan->tiles.resize(first_tile.back());
+    tbb::parallel_for(std::size_t(0), chunks.size(), [&](std::size_t i) {
+        const Index first = static_cast<Index>(i) * kChunk;
+        for (Index f = first; f < std::min(n_faces, first + kChunk); ++f)
+            plan->first_tile[f + 1] += first_tile[i];
+        Tile* out = plan->tiles.data() + first_tile[i];
+        for (Tile tile : chunks[i].tiles) {
+            tile.shape = shape_of[i][tile.shape];
+            *out++ = tile;
+        }
+    });
+    for (Index f = 0; f < n_faces; ++f) {
+        const Index n = base.face_size(f);
+        const std::size_t quad = std::size_t(rate + 1) * (rate + 1),
+                          quarter = std::size_t(rate / 2 + 1) * (rate / 2 + 1);
+        plan->first_sample[f + 1] = plan->first_sample[f] + (!table.has_surface(f) ? 0
+                                                             : n == 4              ? quad
+                                                                      : n * quarter);
+    }
+    plan->make_tables();
+    plan->make_blocks();
+    plan_ = std::move(plan);
+}
+
+template <class T>
+GridEvaluator<T>::GridEvaluator(const Evaluator& evaluator, Index patch_class,
+                                std::span<const DomainPoint> points,
+                                const GridOptions& options) {
+    auto plan = std::make_unique<Plan>();
+    plan->evaluator = &evaluator;
+    plan->options = options;
+    plan->domain_points.assign(points.begin(), points.end());
+    const PatchTable& table = evaluator.table();
+    const auto n = static_cast<std::int32_t>(points.size());
+    for (Index patch = 0; patch < table.n_patches() && n > 0; ++patch) {
+        if (table.patch(patch).patch_class != patch_class)
+            continue;
+        plan->tiles.push_back({0, patch, 0, 0});
+        plan->first_tile.push_back(static_cast<Index>(plan->tiles.size()));
+        plan->first_sample.push_back(plan->first_sample.back() + points.size());
+    }
+    plan->shapes.push_back({patch_class, 0, {0, 0}, 0, 0, n, 1, n});
+    plan->make_tables();
+    plan->make_blocks();
+    plan_ = std::move(plan);
+}
+
+template <class T>
+GridEvaluator<T>::GridEvaluator(GridEvaluator&&) noexcept = default;
+template <class T>
+GridEvaluator<T>& GridEvaluator<T>::operator=(GridEvaluator&&) noexcept = default;
+template <class T>
+GridEvaluator<T>::~GridEvaluator() = default;
+
+template <class T>
+const Evaluator& GridEvaluator<T>::evaluator() const noexcept {
+    return *plan_->evaluator;
+}
+template <class T>
+int GridEvaluator<T>::order() const noexcept {
+    return plan_->options.order;
+}
+template <class T>
+Index GridEvaluator<T>::n_units() const noexcept {
+    return static_cast<Index>(plan_->first_sample.size() - 1);
+}
+template <class T>
+std::size_t GridEvaluator<T>::n_samples() const noexcept {
+    return plan_->first_sample.back();
+}
+template <class T>
+std::size_t GridEvaluator<T>::first_sample(Index unit) const noexcept {
+    return plan_->first_sample[unit];
+}
+template <class T>
+std::size_t GridEvaluator<T>::table_bytes() const noexcept {
+    return plan_->n_weights * sizeof(T);
+}
+template <class T>
+std::size_t GridEvaluator<T>::n_single_samples() const noexcept {
+    return plan_->n_single_samples;
+}
+
+template <class T>
+void GridEvaluator<T>::evaluate(std::span<const Vec3<T>> points,
+                                const SampleBuffers<T>& out) const {
+    const Plan& plan = *plan_;
+    tbb::enumerable_thread_specific<typename Plan::Scratch> scratch([&] {
+        return typename Plan::Scratch{AlignedArray<T>(plan.point_space),
+                                      AlignedArray<T>(plan.scratch)};
+    });
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, plan.first_unit.size() - 1),
+        [&](const auto& range) {
+            const typename Plan::Scratch& own = scratch.local();
+            const Index first = plan.first_unit[range.begin()];
+            SampleBuffers<T> part = out;
+            for (int r = 0; r < plan.n_values(); ++r)
+                part[r].data += static_cast<std::ptrdiff_t>(plan.first_sample[first]) *
+                                part[r].sample_stride;
+            plan.evaluate_units(points, first, plan.first_unit[range.end()], part, own);
+        });
+}
+
+template <class T>
+void GridEvaluator<T>::for_each_block(
+    std::span<const Vec3<T>> points,
+    const std::function<void(const SampleBlock<T>&)>& f) const {
+    const Plan& plan = *plan_;
+    std::size_t most = 0;
+    for (std::size_t b = 0; b + 1 < plan.first_unit.size(); ++b)
+        most = std::max(most, plan.first_sample[plan.first_unit[b + 1]] -
+                                  plan.first_sample[plan.first_unit[b]]);
+    struct Local {
+        typename Plan::Scratch scratch;
+        AlignedArray<T> values;
+    };
+    const std::size_t size = grid::padded<T>(3 * most);
+    tbb::enumerable_thread_specific<Local> locals([&] {
+        return Local{{AlignedArray<T>(plan.point_space), AlignedArray<T>(plan.scratch)},
+                     AlignedArray<T>(size * plan.n_values())};
+    });
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, plan.first_unit.size() - 1),
+        [&](const auto& range) {
+            const Local& local = locals.local();
+            SampleBuffers<T> out;
+            SampleBlock<T> block{};
+            for (int r = 0; r < plan.n_values(); ++r)
+                block.values[r] = out[r].data = local.values.data() + r * size;
+            for (std::size_t b = range.begin(); b < range.end(); ++b) {
+                block.first_unit = plan.first_unit[b];
+                block.n_units = plan.first_unit[b + 1] - block.first_unit;
+                block.first_sample = plan.first_sample[block.first_unit];
+                block.n_samples =
+                    plan.first_sample[plan.first_unit[b + 1]] - block.first_sample;
+                plan.evaluate_units(points, block.first_unit, plan.first_unit[b + 1], out,
+                                    local.scratch);
+                f(block);
+            }
+        });
+}
+
+template class GridEvaluator<float>;
+template class GridEvaluator<double>;
+
+}  // namespace osdx

@@ -1,0 +1,70 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "far/types.h"
+
+// The kernels of eval/grid_evaluator.h.
+
+namespace osdx::grid {
+
+/// Weights stand in panels of so many bytes, one vector of the widest instruction set: no
+/// vector of any set is split between cache lines.
+inline constexpr std::size_t kPanelBytes = 64;
+template <class T>
+inline constexpr std::size_t kPanel = kPanelBytes / sizeof(T);
+
+template <class T>
+constexpr std::size_t padded(std::size_t n) {
+    return (n + kPanel<T> - 1) / kPanel<T> * kPanel<T>;
+}
+
+/// A rectangle of samples, and the weights of the control points at them.
+///
+/// Full: derivative r of sample s = j nx + i stands in row r padded(n_samples) + s of a
+/// matrix with n_points columns. Its panels, kPanel rows each, follow one another, and within a
+/// panel the columns.
+/// Product (regular patches): first the basis along i, column k of derivative q at i in row
+/// q nx + i of a matrix with degree + 1 columns, stored by columns, each padded(); then that
+/// along j, column k of derivative q at j in (q ny + j) (degree + 1) + k.
+template <class T>
+struct Table {
+    const T* weights;  ///< aligned to kPanelBytes
+    int order;         ///< of the derivatives
+    int nx, ny;
+    int n_points;        ///< control points: for products (degree + 1)^2
+    int product_degree;  ///< 0: full
+    /// Products: i runs along t of the patch, so that the control points are transposed.
+    bool transposed;
+
+    std::size_t n_samples() const noexcept { return std::size_t(nx) * ny; }
+};
+
+/// Elements of scratch memory that a kernel needs for a table.
+template <class T>
+std::size_t scratch_size(const Table<T>& table) noexcept;
+
+/// Where a rectangle of samples goes, by derivative: coordinate c of sample (i, j) to
+/// data[r][j row_stride[r] + i sample_stride[r] + c channel_stride[r]].
+template <class T>
+struct Target {
+    std::array<T*, 6> data;
+    std::array<std::ptrdiff_t, 6> row_stride, sample_stride, channel_stride;
+};
+
+/// Values and derivatives of one patch at the samples of a table.
+/// \param points  n_points times x, y, z
+/// \param scratch  scratch_size() elements, aligned to kPanelBytes
+template <class T>
+using Kernel = void (*)(const Table<T>& table, const T* points, T* scratch,
+                        const Target<T>& target);
+
+/// For the widest vectors of this machine.
+template <class T>
+Kernel<T> kernel() noexcept;
+
+}  // namespace osdx::grid
