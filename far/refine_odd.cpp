@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
-#include <cstdint>
 
 #include "far/refine_step.h"
 
@@ -53,14 +52,6 @@ Features child_features(const Topology& t, const Features& f) {
     return child;
 }
 
-enum class Rule : std::uint8_t { Smooth, Crease, Corner };
-
-Rule rule_of(double vertex_sharpness, int n_sharp_edges) {
-    if (vertex_sharpness > 0 || n_sharp_edges > 2)
-        return Rule::Corner;
-    return n_sharp_edges == 2 ? Rule::Crease : Rule::Smooth;
-}
-
 /// Writes the rows of an odd smoothing of the quads that split() made of a mesh.
 ///
 /// Smooth: v' = (n-3)/n v + 2/n avg(edge neighbours) + 1/n avg(face-diagonal neighbours).
@@ -91,25 +82,19 @@ private:
     }
 
     void add_row(Index v, bool right_after_split, StencilTable& s) const {
-        int n_before = 0, n_after = 0, n_ended = 0;
-        double ended = 0;
-        const auto note = [&](double before, double after) {
-            if (before > 0 && after <= 0) {
-                ++n_ended;
-                ended += before;
-            }
-        };
+        std::size_t n_before = 0, n_after = 0;
+        EndOfSharpness end;
         quads_.for_each_edge(v, [&](Index e, Index) {
             n_before += sharpness_before(e) > 0;
             n_after += child_.edge(e) > 0;
-            note(sharpness_before(e), child_.edge(e));
+            end.note(sharpness_before(e), child_.edge(e));
         });
         const double before = v < mesh_.n_vertices() ? features_.vertex(v) : 0.0;
-        note(before, child_.vertex(v));
+        end.note(before, child_.vertex(v));
 
-        const Rule from = rule_of(before, n_before),
-                   to = rule_of(child_.vertex(v), n_after);
-        const double w = from == to || n_ended == 0 ? 1 : std::min(1.0, ended / n_ended);
+        const VertexRule from = vertex_rule(before, n_before),
+                         to = vertex_rule(child_.vertex(v), n_after);
+        const double w = from == to ? 1 : end.weight_before();
         add_rule(from, v, w, right_after_split, s,
                  [&](Index e) { return sharpness_before(e) > 0; });
         if (w < 1) {
@@ -119,20 +104,20 @@ private:
     }
 
     template <class IsSharp>
-    void add_rule(Rule rule, Index v, double w, bool right_after_split, StencilTable& s,
-                  IsSharp&& is_sharp) const {
+    void add_rule(VertexRule rule, Index v, double w, bool right_after_split,
+                  StencilTable& s, IsSharp&& is_sharp) const {
         switch (rule) {
-            case Rule::Corner:
+            case VertexRule::Corner:
                 s.add(v, w);
                 break;
-            case Rule::Crease:
+            case VertexRule::Crease:
                 s.add(v, 0.5 * w);
                 quads_.for_each_edge(v, [&](Index e, Index to) {
                     if (is_sharp(e))
                         s.add(to, 0.25 * w);
                 });
                 break;
-            case Rule::Smooth:
+            case VertexRule::Smooth:
                 if (right_after_split && is_edge_vertex(v))
                     add_edge_point(v, w, s);
                 else
@@ -162,24 +147,15 @@ private:
             s.add(v, w);
             return;
         }
-        double own = (n - 3) / n, beside = 2 / (n * n), diagonal = 1 / (n * n);
-        if (n == 2 && !right_after_split) {
-            // The centre's weight would be negative; Zorin and Schroeder's (2001) is not.
-            own = 0.25;
-            beside = 0.25;
-            diagonal = 0.125;
-        }
-        if (own != 0)
-            s.add(v, w * own);
+        const SmoothWeights weights = smooth_weights(n, right_after_split);
+        if (weights.own != 0)
+            s.add(v, w * weights.own);
         quads_.for_each_outgoing(v, [&](Index h) {
             const Index to = quads_.next(h);
-            s.add(quads_.vertex[to], w * beside);
-            s.add(quads_.vertex[quads_.next(to)], w * diagonal);
+            s.add(quads_.vertex[to], w * weights.beside);
+            s.add(quads_.vertex[quads_.next(to)], w * weights.diagonal);
         });
     }
-
-    // Weight of a triangle's centre in OpenSubdiv's TRI_SUB_SMOOTH.
-    static constexpr double kSmoothTriangle = 0.47;
 
     const Topology& mesh_;
     const Features& features_;

@@ -3,6 +3,9 @@
 
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "far/refine.h"
@@ -16,6 +19,48 @@ RefinedLevel refine_odd(const RefinedLevel& parent, int degree);
 /// \param features  with_border()
 RefinedLevel even_base(Topology base, const Features& features);
 RefinedLevel refine_even(const RefinedLevel& parent, int degree, bool parent_is_base);
+
+/// Odd degrees: what a vertex is to the creases through it.
+enum class VertexRule : std::uint8_t { Smooth, Crease, Corner };
+
+inline VertexRule vertex_rule(double vertex_sharpness, std::size_t n_sharp_edges) {
+    if (vertex_sharpness > 0 || n_sharp_edges > 2)
+        return VertexRule::Corner;
+    return n_sharp_edges == 2 ? VertexRule::Crease : VertexRule::Smooth;
+}
+
+/// What ends at a vertex on a step, of its own sharpness and that of its edges.
+class EndOfSharpness {
+public:
+    void note(double before, double after) {
+        if (before > 0 && after <= 0) {
+            ++n_;
+            sum_ += before;
+        }
+    }
+    /// Of the rule before the step in the mixture with the one after it.
+    double weight_before() const { return n_ == 0 ? 1 : std::min(1.0, sum_ / n_); }
+
+private:
+    int n_ = 0;
+    double sum_ = 0;
+};
+
+/// Odd degrees, the smoothing of a vertex of n quads: of itself, of each neighbour along an
+/// edge and of each across a quad.
+struct SmoothWeights {
+    double own, beside, diagonal;
+};
+
+inline SmoothWeights smooth_weights(double n, bool right_after_split) {
+    // The centre's weight would be negative; Zorin and Schroeder's (2001) is not.
+    if (n == 2 && !right_after_split)
+        return {0.25, 0.25, 0.125};
+    return {(n - 3) / n, 2 / (n * n), 1 / (n * n)};
+}
+
+/// Weight of a triangle's centre in OpenSubdiv's TRI_SUB_SMOOTH.
+inline constexpr double kSmoothTriangle = 0.47;
 
 StencilTable identity_stencils(Index n);
 

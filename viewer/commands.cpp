@@ -14,6 +14,7 @@
 
 #include "far/features.h"
 #include "far/refine.h"
+#include "far/uniform_refinement.h"
 #include "osd_ext/comparison.h"
 #include "osd_ext/continuity.h"
 #include "osd_ext/export.h"
@@ -170,8 +171,8 @@ struct RefinedTexture {
     std::vector<Index> face_uvs;
 };
 
-/// The texture coordinates on the last level, by corner: the faces and halfedges of odd degrees
-/// are those of the refined mesh.
+/// The texture coordinates on the last level, by corner as refine_mesh() numbers them for odd
+/// degrees.
 Result<RefinedTexture> refine_texture(const MeshData& data, const Topology& base,
                                       const Features& features,
                                       const CommandOptions& options) {
@@ -183,31 +184,64 @@ Result<RefinedTexture> refine_texture(const MeshData& data, const Topology& base
         build_face_varying(base, features, data.face_uvs, *rule);
     if (!channel)
         return channel.error();
-    std::vector<Vec3<double>> points;
-    for (const Index value : channel->values)
-        points.emplace_back(data.uvs[value], 0);
-    Topology topology = channel->topology;
-    if (channel->rule == FaceVaryingRule::All) {
-        for (int i = 0; i < options.levels; ++i) {
-            const StencilTable rows = split_stencils(topology);
-            std::vector<Vec3<double>> next(rows.n_rows());
-            rows.apply(std::span<const Vec3<double>>(points), std::span(next));
-            points = std::move(next);
-            topology = split(topology);
-        }
-    } else {
-        Refinement refinement(topology, options.degree, channel->features);
-        for (int i = 0; i < options.levels; ++i)
-            refinement.add_level();
-        points = refinement.points(points);
-        topology = refinement.topology(options.levels);
-    }
     RefinedTexture texture;
     texture.rule = channel->rule;
-    for (const auto& p : points)
-        texture.uvs.emplace_back(p.x, p.y);
-    texture.face_uvs = std::move(topology.vertex);
+    for (const Index value : channel->values)
+        texture.uvs.push_back(data.uvs[value]);
+    const UniformRefinement refinement(channel->topology, options.degree, options.levels,
+                                       channel->features);
+    const QuadGrids grids = refinement.grids();
+    texture.face_uvs.resize(grids.n_halfedges());
+    if (channel->rule != FaceVaryingRule::All) {
+        std::vector<Vec2<double>> uvs(grids.n_vertices());
+        refinement.points(std::span<const Vec2<double>>(texture.uvs), std::span(uvs));
+        texture.uvs = std::move(uvs);
+        face_vertices(grids, texture.face_uvs);
+        return texture;
+    }
+    Topology topology = std::move(channel->topology);
+    for (int i = 0; i < options.levels; ++i) {
+        const StencilTable rows = split_stencils(topology);
+        std::vector<Vec2<double>> next(rows.n_rows());
+        rows.apply(std::span<const Vec2<double>>(texture.uvs), std::span(next));
+        texture.uvs = std::move(next);
+        topology = split(topology);
+    }
+    for (Index h = 0; h < topology.n_halfedges(); ++h)
+        texture.face_uvs[refinement.from_split(h)] = topology.vertex[h];
     return texture;
+}
+
+/// The last level of a mesh with its tags.
+struct RefinedMesh {
+    Topology topology;
+    MeshData data;
+};
+
+RefinedMesh refine_mesh(const MeshData& data, Topology base, Features features,
+                        const CommandOptions& options) {
+    RefinedMesh result;
+    if (options.degree % 2 == 1) {
+        const UniformRefinement refinement(std::move(base), options.degree,
+                                           options.levels, features);
+        result.topology = to_topology(refinement.grids());
+        std::vector<Vec3<double>> points(result.topology.n_vertices());
+        refinement.points(std::span<const Vec3<double>>(data.positions),
+                          std::span(points));
+        result.data = to_mesh_data(result.topology, std::move(points));
+        result.data.tags = to_tags(result.topology, refinement.features());
+        return result;
+    }
+    Refinement refinement(std::move(base), options.degree, std::move(features));
+    for (int i = 0; i < options.levels; ++i)
+        refinement.add_level();
+    const RefinedLevel& last = refinement.level(options.levels);
+    result.topology = last.topology;
+    result.data = to_mesh_data(last.topology, refinement.points(data.positions));
+    result.data.tags = to_tags(last.topology, last.features);
+    if (options.levels > 0)
+        drop_unused_vertices(result.data);  // points of creases between the faces
+    return result;
 }
 
 Json family_report(const Job& job, const Measures& m) {
@@ -346,12 +380,8 @@ Status subdivide_command(const CommandOptions& options) {
             return in_file(refined.error(), options.input);
         texture = std::move(*refined);
     }
-    Refinement refinement(std::move(base), options.degree, std::move(*features));
-    for (int i = 0; i < options.levels; ++i)
-        refinement.add_level();
-    const RefinedLevel& last = refinement.level(options.levels);
-    MeshData refined = to_mesh_data(last.topology, refinement.points(data->positions));
-    refined.tags = to_tags(last.topology, last.features);
+    auto [topology, refined] =
+        refine_mesh(*data, std::move(base), std::move(*features), options);
     if (texture) {
         refined.uvs = std::move(texture->uvs);
         refined.face_uvs = std::move(texture->face_uvs);
@@ -361,15 +391,12 @@ Status subdivide_command(const CommandOptions& options) {
                                 {},
                                 0});
     }
-    if (options.degree % 2 == 0 && options.levels > 0)
-        drop_unused_vertices(refined);  // points of creases between the faces
     progress.stage("writing");
     if (const Status s = written(write_mesh(options.out, refined), options.out); !s)
         return s;
-    return write_report(options,
-                        {{"degree", options.degree},
-                         {"levels", options.levels},
-                         {"mesh", mesh_report(refinement.topology(options.levels))}});
+    return write_report(options, {{"degree", options.degree},
+                                  {"levels", options.levels},
+                                  {"mesh", mesh_report(topology)}});
 }
 
 Status tessellate_command(const CommandOptions& options) {
