@@ -1,8 +1,6 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
-#include <algorithm>
-
 #include "benchmarks/ours.h"
 #include "benchmarks/peers.h"
 #include "benchmarks/stages.h"
@@ -34,6 +32,8 @@ void build_stage(Suite& suite, std::span<const BenchMesh> meshes) {
     if (!suite.wants_any({"build", "degree", "threads", "size"}))
         return;
     for (const BenchMesh& mesh : meshes) {
+        if (!suite.wants_any({"build", "degree", "threads"}))
+            break;
         double cubic_points;
         const Way ours = our_build(mesh, 3, &cubic_points);
         const auto peers = suite.wants("build") && mesh.n_faces() <= kLargestForPeers
@@ -57,11 +57,10 @@ void build_stage(Suite& suite, std::span<const BenchMesh> meshes) {
             suite.compare(what, way, std::vector<Way>{three});
         }
     }
-    const BenchMesh& large = meshes.back();
-    const auto base = std::ranges::find_if(
-        meshes, [](const BenchMesh& m) { return m.n_faces() >= kSizes[0]; });
-    if (!suite.wants("size") || base == meshes.end() || &*base == &large)
+    const BenchMesh* base = base_of_size(meshes);
+    if (!base || !suite.wants("size"))
         return;
+    const BenchMesh& large = meshes.back();
     Way small = our_build(*base, 3);
     small.name = "build, " + base->name;
     small.items = base->n_faces();

@@ -66,14 +66,9 @@ void evaluate_points_stage(Suite& suite, std::span<const BenchMesh> meshes) {
         const FloatSurface surface = make_surface(mesh, surface_options(3));
         measure(suite, "evaluate_point_regular", mesh, surface,
                 regular_faces(surface.surface), kIsolation, 1e-5);
-        const PatchTable& table = surface.surface.patches();
-        const auto ev5 = faces_where(surface.surface, [&](Index patch) {
-            const PatchClass& c = table.class_of(patch);
-            return c.kind == PatchKind::EV && c.n_sectors == 5 &&
-                   c.border == PatchBorder::None;
-        });
         // One Gregory patch over each face follows the limit in its own way.
-        measure(suite, "evaluate_point_ev5", mesh, surface, ev5, 0, 0.03);
+        measure(suite, "evaluate_point_ev5", mesh, surface, ev_faces(surface.surface, 5),
+                0, 0.03);
     }
 }
 

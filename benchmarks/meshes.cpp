@@ -96,6 +96,14 @@ std::vector<BenchMesh> mesh_sizes(const std::string& name, const MeshData& mesh,
     return meshes;
 }
 
+const BenchMesh* base_of_size(std::span<const BenchMesh> meshes) {
+    for (const BenchMesh& mesh : meshes) {
+        if (mesh.n_faces() >= kSizes[0])
+            return &mesh == &meshes.back() ? nullptr : &mesh;
+    }
+    return nullptr;
+}
+
 MeshData perforated_slab(Index n) {
     // Voxels of two layers; a hole in the middle of each 3 x 3 of them.
     const int side = static_cast<int>(3 * n), layers = 2;

@@ -32,6 +32,9 @@ MeshData refined(const MeshData& mesh, int levels);
 std::vector<BenchMesh> mesh_sizes(const std::string& name, const MeshData& mesh,
                                   Index largest);
 
+/// The one that stage "size" compares the last with; null where there is none but that.
+const BenchMesh* base_of_size(std::span<const BenchMesh> meshes);
+
 /// A slab with n x n square holes, slightly waved: 24 n^2 + 12 n faces or so, vertices of
 /// valence 4, 5 at the holes and 3 at the corners.
 MeshData perforated_slab(Index n);

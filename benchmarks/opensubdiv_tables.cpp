@@ -72,12 +72,16 @@ struct Refined {
     std::vector<Point<double, 3>> points;  // of all levels
 };
 
-Refined refine(const MeshData& mesh, int levels, bool with_stencils) {
+enum class By { Interpolation, Stencils };
+
+Refined refine(const MeshData& mesh, int levels, bool full, By by) {
     Refined r{make_refiner(mesh), {}};
-    r.refiner->RefineUniform(Far::TopologyRefiner::UniformOptions(levels));
+    Far::TopologyRefiner::UniformOptions uniform(static_cast<unsigned>(levels));
+    uniform.fullTopologyInLastLevel = full;
+    r.refiner->RefineUniform(uniform);
     r.points.resize(static_cast<std::size_t>(r.refiner->GetNumVerticesTotal()));
     copy_points(mesh.positions, r.points.data());
-    if (!with_stencils) {
+    if (by == By::Interpolation) {
         interpolate_levels(*r.refiner, r.points.data());
         return r;
     }
@@ -92,18 +96,16 @@ Refined refine(const MeshData& mesh, int levels, bool with_stencils) {
     return r;
 }
 
-RefineWay refine_way(std::string name, const MeshData& mesh, int levels,
-                     bool with_stencils) {
-    const auto make = [&mesh, levels, with_stencils] {
-        return refine(mesh, levels, with_stencils);
+RefineWay refine_way(std::string name, const MeshData& mesh, int levels, bool full,
+                     By by) {
+    const auto make = [&mesh, levels, full, by] {
+        return refine(mesh, levels, full, by);
     };
     const auto points = [make] {
         const Refined r = make();
-        const auto last = static_cast<std::size_t>(
-            r.refiner->GetLevel(r.refiner->GetMaxLevel()).GetNumVertices());
+        const auto& last = r.refiner->GetLevel(r.refiner->GetMaxLevel());
         std::vector<Vec3<double>> p;
-        for (auto it = r.points.end() - static_cast<std::ptrdiff_t>(last);
-             it != r.points.end(); ++it)
+        for (auto it = r.points.end() - last.GetNumVertices(); it != r.points.end(); ++it)
             p.emplace_back(it->x[0], it->x[1], it->x[2]);
         return p;
     };
@@ -186,10 +188,14 @@ std::vector<UpdateWay> opensubdiv_update(const BenchMesh& mesh,
     return ways;
 }
 
-std::vector<RefineWay> opensubdiv_refine(const BenchMesh& mesh, int levels) {
+std::vector<RefineWay> opensubdiv_refine(const BenchMesh& mesh, int levels, bool full) {
     using namespace opensubdiv;
-    return {refine_way("Far PrimvarRefiner", mesh.data, levels, false),
-            refine_way("Far stencils", mesh.data, levels, true)};
+    std::vector<RefineWay> ways = {
+        refine_way("Far PrimvarRefiner", mesh.data, levels, full, By::Interpolation)};
+    // Of many levels stencils are slower by far, and too large.
+    if (std::size_t(mesh.n_faces()) << (2 * levels) < 1'000'000)
+        ways.push_back(refine_way("Far stencils", mesh.data, levels, full, By::Stencils));
+    return ways;
 }
 
 std::vector<TessellateWay> opensubdiv_tessellate(const BenchMesh& mesh, int rate) {
@@ -224,7 +230,7 @@ std::vector<UpdateWay> opensubdiv_update(const BenchMesh&, std::span<const Vec3<
                                          int) {
     return {};
 }
-std::vector<RefineWay> opensubdiv_refine(const BenchMesh&, int) {
+std::vector<RefineWay> opensubdiv_refine(const BenchMesh&, int, bool) {
     return {};
 }
 std::vector<TessellateWay> opensubdiv_tessellate(const BenchMesh&, int) {

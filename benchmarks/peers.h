@@ -51,8 +51,11 @@ std::vector<UpdateWay> opensubdiv_update(const BenchMesh& mesh,
 struct RefineWay {
     Way way;
     std::function<std::vector<Vec3<double>>()> points;
+    /// Borders are refined as cubic B-splines, as ours.
+    bool same_border = true;
 };
-std::vector<RefineWay> opensubdiv_refine(const BenchMesh& mesh, int levels);
+/// \param full  all of the topology on the last level, too, instead of the vertices of faces
+std::vector<RefineWay> opensubdiv_refine(const BenchMesh& mesh, int levels, bool full);
 std::vector<RefineWay> openmesh_refine(const BenchMesh& mesh, int levels);
 std::vector<RefineWay> cgal_refine(const BenchMesh& mesh, int levels);
 

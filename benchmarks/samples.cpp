@@ -19,10 +19,10 @@ constexpr std::size_t kGrain = 64 * kGridSize;
 
 }  // namespace
 
-std::vector<Place> grid_places(std::span<const Index> faces) {
+std::vector<Place> grid_places(Index n_faces) {
     std::vector<Place> places;
-    places.reserve(faces.size() * kGridSize);
-    for (const Index f : faces) {
+    places.reserve(n_faces * kGridSize);
+    for (Index f = 0; f < n_faces; ++f) {
         for (int j = 0; j < kGridSide; ++j) {
             for (int i = 0; i < kGridSide; ++i)
                 places.push_back({f, grid_parameter(i), grid_parameter(j)});

@@ -24,13 +24,14 @@ struct Place {
 inline constexpr int kGridSide = 8;
 inline constexpr std::size_t kGridSize = kGridSide * kGridSide;
 
-/// In the middle of its cell, so that no place lies on the border of a face.
+/// From corner to corner: those on edges of the mesh come with each of their faces.
+inline constexpr int kGridRate = kGridSide - 1;
 constexpr float grid_parameter(int i) {
-    return (static_cast<float>(i) + 0.5f) / kGridSide;
+    return static_cast<float>(i) / kGridRate;
 }
 
-/// The grid on each of the faces, row by row in u.
-std::vector<Place> grid_places(std::span<const Index> faces);
+/// The grid on each face of a mesh of quads, row by row in u.
+std::vector<Place> grid_places(Index n_faces);
 
 /// A way to evaluate places to position, du and dv in float.
 struct SampleWay {
