@@ -11,6 +11,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <new>
 #include <numeric>
 #include <unordered_map>
@@ -74,7 +75,7 @@ struct Tile {
     Index shape;
     Index patch;
     Index sector;
-    Index first_sample;  // in the unit
+    Index first_sample;  // in the unit, then in the block
 };
 
 /// Numbers different shapes in the order of their coming.
@@ -115,6 +116,15 @@ std::array<Ring, 2> rings(const PatchClass& c) noexcept {
         default:
             return {{{0, GregoryBasis::kPerCorner * n, GregoryBasis::kPerCorner}, {}}};
     }
+}
+
+/// Weights far below the rounding of T become 0: denormal numbers are slow, and so would be
+/// their products.
+template <class T>
+T to_weight(double w) noexcept {
+    constexpr double eps = std::numeric_limits<T>::epsilon();
+    return std::abs(w) < std::numeric_limits<T>::min() / (eps * eps) ? T(0)
+                                                                     : static_cast<T>(w);
 }
 
 /// The control points of a patch as if `sector` were sector 0.
@@ -293,10 +303,10 @@ struct GridEvaluator<T>::Plan {
     const Evaluator* evaluator;
     GridOptions options;
     int rate = 1;
-    std::vector<DomainPoint> domain_points;  // units are patches: all of their samples
-    std::vector<Index> first_tile{0};        // by unit
-    std::vector<std::size_t> first_sample{0};
-    std::vector<Index> first_unit{0};  // by block
+    std::vector<DomainPoint> domain_points;    // units are patches: all of their samples
+    std::vector<std::size_t> first_sample{0};  // by unit
+    // Blocks are whole units; their tiles are sorted by shape.
+    std::vector<Index> first_unit{0}, first_tile{0};
     std::vector<Tile> tiles;
     std::vector<Shape> shapes;
     // By shape. Without weights where there is no table.
@@ -305,8 +315,8 @@ struct GridEvaluator<T>::Plan {
     AlignedArray<T> weights;
     std::size_t n_weights = 0;
     std::size_t n_single_samples = 0;
-    std::size_t scratch = 0;      // elements for a tile
-    std::size_t point_space = 0;  // elements for its points
+    // Elements of scratch memory: for a tile, its points, a derivative in a block.
+    std::size_t tile_space = 0, point_space = 0, block_space = 0;
 
     const PatchTable& table() const noexcept { return evaluator->table(); }
     int n_values() const noexcept { return n_derivatives(options.order); }
@@ -331,15 +341,43 @@ struct GridEvaluator<T>::Plan {
                 double(shape.step) / extent};
     }
 
+    std::size_t n_blocks() const noexcept { return first_unit.size() - 1; }
+
     void make_tables();
     void make_full(const Shape& shape, Index patch, T* out) const;
     void make_product(const Shape& shape, T* out) const;
-    void make_blocks();
+    /// \param first_tile_of  by unit, whose tiles follow one another
+    void make_blocks(const std::vector<Index>& first_tile_of);
 
+    std::size_t block_size(std::size_t b) const noexcept {
+        return first_sample[first_unit[b + 1]] - first_sample[first_unit[b]];
+    }
+    /// Of a thread: for a tile and its points, and for the values of a block.
     struct Scratch {
-        AlignedArray<T> points, values;
+        AlignedArray<T> points, values, block;
     };
-    void evaluate_units(std::span<const Vec3<T>> points, Index first, Index last,
+    SampleBuffers<T> block_buffers(const Scratch& local) const noexcept {
+        SampleBuffers<T> buffers;
+        for (int r = 0; r < n_values(); ++r)
+            buffers[r].data = local.block.data() + r * block_space;
+        return buffers;
+    }
+    /// Calls f(scratch, block) for all blocks.
+    template <class F>
+    void for_each_local(bool with_block, F&& f) const {
+        tbb::enumerable_thread_specific<Scratch> scratch([&] {
+            return Scratch{AlignedArray<T>(point_space), AlignedArray<T>(tile_space),
+                           AlignedArray<T>(with_block ? block_space * n_values() : 0)};
+        });
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n_blocks()),
+                          [&](const auto& range) {
+                              const Scratch& local = scratch.local();
+                              for (std::size_t b = range.begin(); b < range.end(); ++b)
+                                  f(local, b);
+                          });
+    }
+    /// \param out  of the first sample of the block on
+    void evaluate_block(std::span<const Vec3<T>> points, std::size_t block,
                         const SampleBuffers<T>& out, const Scratch& scratch) const;
     void evaluate_single(std::span<const Vec3<T>> points, const Tile& tile,
                          const grid::Target<T>& target) const;
@@ -388,7 +426,7 @@ void GridEvaluator<T>::Plan::make_tables() {
         }
         made.emplace_back(s, n_weights);
         n_weights = end;
-        scratch = std::max(scratch, grid::scratch_size(tables[s]));
+        tile_space = std::max(tile_space, grid::scratch_size(tables[s]));
         point_space = std::max(point_space, std::size_t(3 * tables[s].n_points));
     }
     weights = AlignedArray<T>(n_weights);
@@ -418,7 +456,7 @@ void GridEvaluator<T>::Plan::make_full(const Shape& shape, Index patch, T* out) 
                 const std::size_t row = r * rows + std::size_t(j) * shape.nx + i;
                 T* panel = out + row / kPanel * (kPanel * n) + row % kPanel;
                 for (std::size_t k = 0; k < n; ++k)
-                    panel[k * kPanel] = static_cast<T>(w[r * n + k]);
+                    panel[k * kPanel] = to_weight<T>(w[r * n + k]);
             }
         }
     });
@@ -444,7 +482,7 @@ void GridEvaluator<T>::Plan::make_product(const Shape& shape, T* out) const {
         double factor = 1;  // from Taylor coefficients to derivatives
         for (int q = 0; q <= order; ++q) {
             for (int k = 0; k < n; ++k)
-                put(q, k, static_cast<T>(factor * basis[k * (order + 1) + q]));
+                put(q, k, to_weight<T>(factor * basis[k * (order + 1) + q]));
             factor *= double(direction) * scale * (q + 1);
         }
     };
@@ -465,22 +503,40 @@ void GridEvaluator<T>::Plan::make_product(const Shape& shape, T* out) const {
 
 /// Whole units, as many as fit.
 template <class T>
-void GridEvaluator<T>::Plan::make_blocks() {
+void GridEvaluator<T>::Plan::make_blocks(const std::vector<Index>& first_tile_of) {
     const std::size_t most =
         std::max<std::size_t>(1, options.block_bytes / (3 * sizeof(T) * n_values()));
-    const Index n = static_cast<Index>(first_sample.size() - 1);
-    for (Index unit = 0; unit < n; ++unit) {
+    const Index n_units = static_cast<Index>(first_sample.size() - 1);
+    for (Index unit = 0; unit < n_units; ++unit) {
         if (unit > first_unit.back() &&
             first_sample[unit + 1] - first_sample[first_unit.back()] > most)
             first_unit.push_back(unit);
     }
-    if (n > 0)
-        first_unit.push_back(n);
+    if (n_units > 0)
+        first_unit.push_back(n_units);
+    for (const Index unit : std::span(first_unit).subspan(1))
+        first_tile.push_back(first_tile_of[unit]);
+    for (std::size_t b = 0; b < n_blocks(); ++b)
+        block_space = std::max(block_space, grid::padded<T>(3 * block_size(b)));
+    tbb::parallel_for(std::size_t(0), n_blocks(), [&](std::size_t b) {
+        for (Index unit = first_unit[b]; unit < first_unit[b + 1]; ++unit) {
+            const auto offset =
+                static_cast<Index>(first_sample[unit] - first_sample[first_unit[b]]);
+            for (Index i = first_tile_of[unit]; i < first_tile_of[unit + 1]; ++i)
+                tiles[i].first_sample += offset;
+        }
+        std::sort(tiles.begin() + first_tile[b], tiles.begin() + first_tile[b + 1],
+                  [](const Tile& x, const Tile& y) {
+                      return std::pair(x.shape, x.first_sample) <
+                             std::pair(y.shape, y.first_sample);
+                  });
+    });
 }
 
 template <class T>
-void GridEvaluator<T>::Plan::evaluate_units(std::span<const Vec3<T>> points, Index first,
-                                            Index last, const SampleBuffers<T>& out,
+void GridEvaluator<T>::Plan::evaluate_block(std::span<const Vec3<T>> points,
+                                            std::size_t block,
+                                            const SampleBuffers<T>& out,
                                             const Scratch& scratch_memory) const {
     const grid::Kernel<T> kernel = grid::kernel<T>();
     grid::Target<T> target{};
@@ -488,27 +544,22 @@ void GridEvaluator<T>::Plan::evaluate_units(std::span<const Vec3<T>> points, Ind
         target.sample_stride[r] = out[r].sample_stride;
         target.channel_stride[r] = out[r].channel_stride;
     }
-    for (Index unit = first; unit < last; ++unit) {
-        for (Index i = first_tile[unit]; i < first_tile[unit + 1]; ++i) {
-            const Tile& tile = tiles[i];
-            const grid::Table<T>& t = tables[tile.shape];
-            const std::size_t sample =
-                first_sample[unit] - first_sample[first] + tile.first_sample;
-            for (int r = 0; r < n_values(); ++r) {
-                const std::ptrdiff_t stride = out[r].sample_stride;
-                target.data[r] =
-                    out[r].data + static_cast<std::ptrdiff_t>(sample) * stride;
-                target.row_stride[r] = shapes[tile.shape].pitch * stride;
-            }
-            if (!t.weights) {
-                evaluate_single(points, tile, target);
-                continue;
-            }
-            T* p = scratch_memory.points.data();
-            gather(points, table().patch(tile.patch).points, rings[tile.shape],
-                   tile.sector, p);
-            kernel(t, p, scratch_memory.values.data(), target);
+    for (Index i = first_tile[block]; i < first_tile[block + 1]; ++i) {
+        const Tile& tile = tiles[i];
+        const grid::Table<T>& t = tables[tile.shape];
+        for (int r = 0; r < n_values(); ++r) {
+            const std::ptrdiff_t stride = out[r].sample_stride;
+            target.data[r] = out[r].data + tile.first_sample * stride;
+            target.row_stride[r] = shapes[tile.shape].pitch * stride;
         }
+        if (!t.weights) {
+            evaluate_single(points, tile, target);
+            continue;
+        }
+        T* p = scratch_memory.points.data();
+        gather(points, table().patch(tile.patch).points, rings[tile.shape], tile.sector,
+               p);
+        kernel(t, p, scratch_memory.values.data(), target);
     }
 }
 
@@ -557,31 +608,31 @@ GridEvaluator<T>::GridEvaluator(const Evaluator& evaluator, int rate,
     };
     constexpr Index kChunk = 2048;
     std::vector<Chunk> chunks((n_faces + kChunk - 1) / kChunk);
-    plan->first_tile.resize(n_faces + 1);
+    std::vector<Index> first_tile(n_faces + 1, 0);  // in the chunk, then of all
     plan->first_sample.resize(n_faces + 1);
     tbb::parallel_for(std::size_t(0), chunks.size(), [&](std::size_t i) {
         Tiler tiler(table, rate);
         const Index first = static_cast<Index>(i) * kChunk;
         for (Index f = first; f < std::min(n_faces, first + kChunk); ++f) {
             tiler.add_face(f, chunks[i].shapes, chunks[i].tiles);
-            plan->first_tile[f + 1] = static_cast<Index>(chunks[i].tiles.size());
+            first_tile[f + 1] = static_cast<Index>(chunks[i].tiles.size());
         }
     });
     ShapeSet shapes;
     std::vector<std::vector<Index>> shape_of(chunks.size());
-    std::vector<Index> first_tile(chunks.size() + 1, 0);
+    std::vector<Index> offset(chunks.size() + 1, 0);
     for (std::size_t i = 0; i < chunks.size(); ++i) {
         for (const Shape& s : chunks[i].shapes.shapes())
             shape_of[i].push_back(shapes.add(s));
-        first_tile[i + 1] = first_tile[i] + static_cast<Index>(chunks[i].tiles.size());
+        offset[i + 1] = offset[i] + static_cast<Index>(chunks[i].tiles.size());
     }
     plan->shapes = shapes.shapes();
-    plan->tiles.resize(first_tile.back());
+    plan->tiles.resize(offset.back());
     tbb::parallel_for(std::size_t(0), chunks.size(), [&](std::size_t i) {
         const Index first = static_cast<Index>(i) * kChunk;
         for (Index f = first; f < std::min(n_faces, first + kChunk); ++f)
-            plan->first_tile[f + 1] += first_tile[i];
-        Tile* out = plan->tiles.data() + first_tile[i];
+            first_tile[f + 1] += offset[i];
+        Tile* out = plan->tiles.data() + offset[i];
         for (Tile tile : chunks[i].tiles) {
             tile.shape = shape_of[i][tile.shape];
             *out++ = tile;
@@ -596,7 +647,7 @@ GridEvaluator<T>::GridEvaluator(const Evaluator& evaluator, int rate,
                                                                       : n * quarter);
     }
     plan->make_tables();
-    plan->make_blocks();
+    plan->make_blocks(first_tile);
     plan_ = std::move(plan);
 }
 
@@ -614,12 +665,13 @@ GridEvaluator<T>::GridEvaluator(const Evaluator& evaluator, Index patch_class,
         if (table.patch(patch).patch_class != patch_class)
             continue;
         plan->tiles.push_back({0, patch, 0, 0});
-        plan->first_tile.push_back(static_cast<Index>(plan->tiles.size()));
         plan->first_sample.push_back(plan->first_sample.back() + points.size());
     }
     plan->shapes.push_back({patch_class, 0, {0, 0}, 0, 0, n, 1, n});
     plan->make_tables();
-    plan->make_blocks();
+    std::vector<Index> first_tile(plan->tiles.size() + 1);
+    std::iota(first_tile.begin(), first_tile.end(), Index(0));
+    plan->make_blocks(first_tile);
     plan_ = std::move(plan);
 }
 
@@ -663,21 +715,25 @@ template <class T>
 void GridEvaluator<T>::evaluate(std::span<const Vec3<T>> points,
                                 const SampleBuffers<T>& out) const {
     const Plan& plan = *plan_;
-    tbb::enumerable_thread_specific<typename Plan::Scratch> scratch([&] {
-        return typename Plan::Scratch{AlignedArray<T>(plan.point_space),
-                                      AlignedArray<T>(plan.scratch)};
+    assert(points.size() == plan.table().n_points());
+    // Much output goes past the caches, by way of a block that is in them.
+    bool streams =
+        n_samples() * plan.n_values() * 3 * sizeof(T) >= plan.options.stream_bytes;
+    for (int r = 0; r < plan.n_values(); ++r)
+        streams &= out[r].sample_stride == 3 && out[r].channel_stride == 1;
+    plan.for_each_local(streams, [&](const auto& local, std::size_t b) {
+        const auto first =
+            static_cast<std::ptrdiff_t>(plan.first_sample[plan.first_unit[b]]);
+        SampleBuffers<T> part = out;
+        for (int r = 0; r < plan.n_values(); ++r)
+            part[r].data += first * part[r].sample_stride;
+        if (!streams)
+            return plan.evaluate_block(points, b, part, local);
+        const SampleBuffers<T> cached = plan.block_buffers(local);
+        plan.evaluate_block(points, b, cached, local);
+        for (int r = 0; r < plan.n_values(); ++r)
+            grid::stream(cached[r].data, 3 * plan.block_size(b), part[r].data);
     });
-    tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, plan.first_unit.size() - 1),
-        [&](const auto& range) {
-            const typename Plan::Scratch& own = scratch.local();
-            const Index first = plan.first_unit[range.begin()];
-            SampleBuffers<T> part = out;
-            for (int r = 0; r < plan.n_values(); ++r)
-                part[r].data += static_cast<std::ptrdiff_t>(plan.first_sample[first]) *
-                                part[r].sample_stride;
-            plan.evaluate_units(points, first, plan.first_unit[range.end()], part, own);
-        });
 }
 
 template <class T>
@@ -685,38 +741,20 @@ void GridEvaluator<T>::for_each_block(
     std::span<const Vec3<T>> points,
     const std::function<void(const SampleBlock<T>&)>& f) const {
     const Plan& plan = *plan_;
-    std::size_t most = 0;
-    for (std::size_t b = 0; b + 1 < plan.first_unit.size(); ++b)
-        most = std::max(most, plan.first_sample[plan.first_unit[b + 1]] -
-                                  plan.first_sample[plan.first_unit[b]]);
-    struct Local {
-        typename Plan::Scratch scratch;
-        AlignedArray<T> values;
-    };
-    const std::size_t size = grid::padded<T>(3 * most);
-    tbb::enumerable_thread_specific<Local> locals([&] {
-        return Local{{AlignedArray<T>(plan.point_space), AlignedArray<T>(plan.scratch)},
-                     AlignedArray<T>(size * plan.n_values())};
+    assert(points.size() == plan.table().n_points());
+    plan.for_each_local(true, [&](const auto& local, std::size_t b) {
+        const Index first = plan.first_unit[b];
+        SampleBlock<T> block{first,
+                             plan.first_unit[b + 1] - first,
+                             plan.first_sample[first],
+                             plan.block_size(b),
+                             {}};
+        const SampleBuffers<T> values = plan.block_buffers(local);
+        for (int r = 0; r < plan.n_values(); ++r)
+            block.values[r] = values[r].data;
+        plan.evaluate_block(points, b, values, local);
+        f(block);
     });
-    tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, plan.first_unit.size() - 1),
-        [&](const auto& range) {
-            const Local& local = locals.local();
-            SampleBuffers<T> out;
-            SampleBlock<T> block{};
-            for (int r = 0; r < plan.n_values(); ++r)
-                block.values[r] = out[r].data = local.values.data() + r * size;
-            for (std::size_t b = range.begin(); b < range.end(); ++b) {
-                block.first_unit = plan.first_unit[b];
-                block.n_units = plan.first_unit[b + 1] - block.first_unit;
-                block.first_sample = plan.first_sample[block.first_unit];
-                block.n_samples =
-                    plan.first_sample[plan.first_unit[b + 1]] - block.first_sample;
-                plan.evaluate_units(points, block.first_unit, plan.first_unit[b + 1], out,
-                                    local.scratch);
-                f(block);
-            }
-        });
 }
 
 template class GridEvaluator<float>;

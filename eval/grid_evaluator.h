@@ -48,10 +48,14 @@ struct GridOptions {
     bool native_at_borders = false;
     /// Bytes of all tables of weights together. What has no table is evaluated point by point.
     std::size_t max_table_bytes = std::size_t(64) << 20;
-    /// A table is made for what comes at least that often.
-    Index min_table_uses = 3;
+    /// A table is made for what comes at least that often. Making one takes as long as one
+    /// evaluation point by point: 2 pays where the plan is used once.
+    Index min_table_uses = 1;
     /// Of the values in a block for for_each_block().
-    std::size_t block_bytes = std::size_t(32) << 10;
+    std::size_t block_bytes = std::size_t(64) << 10;
+    /// Arrays of structures that together have at least so many bytes are written past the
+    /// caches, which saves reading them first.
+    std::size_t stream_bytes = std::size_t(128) << 20;
 };
 
 /// Evaluates the surface at many points that are known before the positions are: on a grid in

@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 
 // Vectors whose length the compiler does not know cannot stand in arrays.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "eval/grid_kernels.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -308,6 +310,8 @@ void any_table(const Table<T>& table, const T* points, T* scratch,
             return product_of_order<4, kInterleaved>(table, points, scratch, target);
         case 5:
             return product_of_order<6, kInterleaved>(table, points, scratch, target);
+        case 7:
+            return product_of_order<8, kInterleaved>(table, points, scratch, target);
         default:
             return product_of_order<0, kInterleaved>(table, points, scratch, target);
     }
@@ -360,6 +364,26 @@ void evaluate_double(const Table<double>& table, const double* points, double* s
     evaluate(table, points, scratch, target);
 }
 
+template <class T>
+void stream(const T* from, std::size_t n, T* to) {
+    const Tag<T> d;
+    constexpr std::size_t N = kLanes<T>;
+    std::size_t i = 0;
+    for (; i < n && reinterpret_cast<std::uintptr_t>(to + i) % (N * sizeof(T)) != 0; ++i)
+        to[i] = from[i];
+    for (; i + N <= n; i += N)
+        hn::Stream(hn::LoadU(d, from + i), d, to + i);
+    for (; i < n; ++i)
+        to[i] = from[i];
+    hwy::FlushStream();
+}
+void stream_float(const float* from, std::size_t n, float* to) {
+    stream(from, n, to);
+}
+void stream_double(const double* from, std::size_t n, double* to) {
+    stream(from, n, to);
+}
+
 }  // namespace
 }  // namespace osdx::grid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -369,6 +393,8 @@ namespace osdx::grid {
 
 HWY_EXPORT(evaluate_float);
 HWY_EXPORT(evaluate_double);
+HWY_EXPORT(stream_float);
+HWY_EXPORT(stream_double);
 
 template <>
 Kernel<float> kernel() noexcept {
@@ -377,6 +403,15 @@ Kernel<float> kernel() noexcept {
 template <>
 Kernel<double> kernel() noexcept {
     return HWY_DYNAMIC_DISPATCH(evaluate_double);
+}
+
+template <>
+void stream(const float* from, std::size_t n, float* to) noexcept {
+    HWY_DYNAMIC_DISPATCH(stream_float)(from, n, to);
+}
+template <>
+void stream(const double* from, std::size_t n, double* to) noexcept {
+    HWY_DYNAMIC_DISPATCH(stream_double)(from, n, to);
 }
 
 template <class T>

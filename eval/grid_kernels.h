@@ -67,4 +67,9 @@ using Kernel = void (*)(const Table<T>& table, const T* points, T* scratch,
 template <class T>
 Kernel<T> kernel() noexcept;
 
+/// Copies past the caches, to memory that is not read soon. Other threads see it after the
+/// next synchronisation.
+template <class T>
+void stream(const T* from, std::size_t n, T* to) noexcept;
+
 }  // namespace osdx::grid

@@ -42,7 +42,8 @@ PatchBasis::PatchBasis(const PatchClass& patch_class)
     if (class_.kind == PatchKind::Regular)
         return;
     if (class_.kind == PatchKind::Gregory) {
-        gregory_.emplace(class_.n_sectors);
+        gregory_.emplace(class_.n_sectors,
+                         class_.normalised ? CentrePoint::None : CentrePoint::Given);
         return;
     }
 

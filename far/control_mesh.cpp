@@ -5,22 +5,52 @@
 
 #include <algorithm>
 
+#include "far/parallel.h"
+
 namespace osdx::detail {
+
+/// What the sorting of some vertices adds.
+struct ControlMesh::Fans {
+    std::vector<IrregularFan> irregular;
+    std::vector<Index> ring;
+};
 
 ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
     : level_(&level),
+      degree_(degree),
       odd_(degree % 2 == 1),
       is_base_(is_base),
       midway_(!odd_ && !is_base),
       fans_(level.topology.n_halfedges(), Fan::Irregular),
-      settled_(level.topology.n_vertices(), false) {
-    std::vector<bool> sharp = vertices_at_sharp_faces();
-    for (Index v = 0; v < level.topology.n_vertices(); ++v) {
-        if (!sharp.empty() && sharp[v])
-            continue;
-        if (level.topology.vertex_halfedge[v] != kInvalidIndex && level.is_known(v))
-            sort_fans(v);
-    }
+      settled_(level.topology.n_vertices(), false),
+      inner_(level.topology.n_vertices(), false) {
+    const Topology& t = topology();
+    const auto none = [](std::size_t n, auto&& is) {
+        return first_index(n, is) == kInvalidIndex;
+    };
+    has_cuts_ =
+        odd_ ? !none(level.features.edge_sharpness.size(),
+                     [&](Index e) { return level.features.edge(e) >= kInfinitelySharp; })
+             : !none(t.n_halfedges(), [&](Index h) { return is_cut(h); });
+    all_quads_ = level.face_kinds.empty() &&
+                 none(t.n_faces(), [&](Index f) { return t.face_size(f) != 4; });
+    all_smooth_ = !has_cuts_ && level.gap.empty() &&
+                  level.features.vertex_sharpness.empty() &&
+                  level.features.edge_sharpness.empty() && odd_;
+
+    const std::vector<bool> sharp = vertices_at_sharp_faces();
+    std::vector<Fans> chunks(n_chunks(t.n_vertices()));
+    for_each_chunk(t.n_vertices(), kChunk,
+                   [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                       for (auto v = static_cast<Index>(begin); v < end; ++v) {
+                           if (!sharp.empty() && sharp[v])
+                               continue;
+                           if (t.vertex_halfedge[v] != kInvalidIndex && level.is_known(v))
+                               sort_fans(v, chunks[chunk]);
+                       }
+                   });
+    for (const Fans& fans : chunks)
+        irregular_.insert(irregular_.end(), fans.irregular.begin(), fans.irregular.end());
 }
 
 /// Even degrees: where sharpness still changes the rules; empty: nowhere.
@@ -56,8 +86,23 @@ bool ControlMesh::is_quad(Index face) const noexcept {
                                           level_->face_kinds[face] != FaceKind::Spike);
 }
 
-void ControlMesh::sort_fans(Index v) {
+void ControlMesh::sort_fans(Index v, Fans& out) {
     const Topology& t = topology();
+    std::vector<Index>& ring = out.ring;
+    ring.clear();
+    t.for_each_outgoing(v, [&](Index h) { ring.push_back(h); });
+    if (all_smooth_) {
+        settled_[v] = true;
+        if (ring.size() != 4) {
+            out.irregular.push_back(
+                {ring[0], static_cast<int>(ring.size()), PatchBorder::None, true});
+            return;
+        }
+        for (const Index h : ring)
+            fans_[h] = Fan::Inside;
+        inner_[v] = is_inner(v);
+        return;
+    }
     bool blocked = false;  // semi-sharp, or beside a gap
     int n_cuts = 0;
     t.for_each_edge(v, [&](Index e, Index) {
@@ -85,14 +130,12 @@ void ControlMesh::sort_fans(Index v) {
         return;
     settled_[v] = true;
 
-    ring_.clear();
-    t.for_each_outgoing(v, [&](Index h) { ring_.push_back(h); });
-    const auto first = std::ranges::find_if(ring_, [&](Index h) { return is_cut(h); });
-    const bool open = first != ring_.end();
+    const auto first = std::ranges::find_if(ring, [&](Index h) { return is_cut(h); });
+    const bool open = first != ring.end();
     if (open)
-        std::rotate(ring_.begin(), first, ring_.end());
-    for (std::size_t begin = 0, end; begin < ring_.size(); begin = end) {
-        for (end = begin + 1; end < ring_.size() && !is_cut(ring_[end]);)
+        std::rotate(ring.begin(), first, ring.end());
+    for (std::size_t begin = 0, end; begin < ring.size(); begin = end) {
+        for (end = begin + 1; end < ring.size() && !is_cut(ring[end]);)
             ++end;
         const int n = static_cast<int>(end - begin);
         Fan fan = Fan::Irregular;
@@ -103,15 +146,95 @@ void ControlMesh::sort_fans(Index v) {
         else if (n == 1 && pinned)
             fan = Fan::Corner;
         for (std::size_t i = begin; i < end; ++i)
-            fans_[ring_[i]] = fan;
+            fans_[ring[i]] = fan;
+        if (fan == Fan::Inside)
+            inner_[v] = is_inner(v);
         if (fan == Fan::Irregular) {
-            irregular_.push_back({ring_[begin], n,
-                                  !open
-                                      ? (pinned ? PatchBorder::Spike : PatchBorder::None)
-                                  : pinned || dart ? PatchBorder::Pinned
-                                                   : PatchBorder::Smooth,
-                                  !dart && (open || !pinned)});
+            out.irregular.push_back(
+                {ring[begin], n,
+                 !open            ? (pinned ? PatchBorder::Spike : PatchBorder::None)
+                 : pinned || dart ? PatchBorder::Pinned
+                                  : PatchBorder::Smooth,
+                 !dart && (open || !pinned)});
         }
+    }
+}
+
+/// The points around are control points: known, and not on a border that runs midway.
+bool ControlMesh::is_inner(Index v) const {
+    const Topology& t = topology();
+    bool inner = true;
+    if (!all_quads_)
+        t.for_each_outgoing(v, [&](Index h) { inner &= is_quad(t.face[h]); });
+    if (level_->known.empty() && !midway_)
+        return inner;
+    t.for_each_outgoing(v, [&](Index h) {
+        const Index f = t.face[h];
+        for (Index g = t.face_offsets[f]; g < t.face_offsets[f + 1]; ++g) {
+            inner &= level_->is_known(t.vertex[g]) &&
+                     (!midway_ || level_->point_kinds[t.vertex[g]] == PointKind::Inner);
+        }
+    });
+    return inner;
+}
+
+std::vector<std::uint8_t> ControlMesh::inner_cells() const {
+    const Topology& t = topology();
+    std::vector<std::uint8_t> vertices = inner_, faces(t.n_faces());
+    // A ring less with each step.
+    for (int i = 1; i <= degree_ / 2; ++i) {
+        if (i == degree_ / 2 && !odd_)
+            break;
+        for_each_index(t.n_faces(), [&](Index f) {
+            std::uint8_t all = true;
+            for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
+                all &= vertices[t.vertex[h]];
+            faces[f] = all;
+        });
+        if (i == degree_ / 2)
+            break;
+        for_each_index(t.n_vertices(), [&](Index v) {
+            if (vertices[v])
+                t.for_each_outgoing(v, [&](Index h) { vertices[v] &= faces[t.face[h]]; });
+        });
+    }
+    return odd_ ? faces : vertices;
+}
+
+/// The n-th next halfedge of a quad.
+Index ControlMesh::step(Index h, Index n) const noexcept {
+    const Index first =
+        all_quads_ ? h & ~Index(3) : topology().face_offsets[topology().face[h]];
+    return first + ((h - first + n) & 3);
+}
+
+void ControlMesh::inner_net(Index h, Index* out) const noexcept {
+    const Topology& t = topology();
+    const int d = degree_;
+    for (int i = 0; i < d / 2; ++i) {
+        h = step(t.twin[step(h, 3)], 3);
+        h = step(t.twin[h], 2);
+    }
+    for (int y = 0; y < d; ++y) {
+        Index right = h;
+        for (int x = 0; x < d; ++x) {
+            *out++ = t.vertex[right];
+            right = step(right, 1);
+            if (x == d - 1)
+                *out++ = t.vertex[right];
+            else
+                right = step(t.twin[right], 1);
+        }
+        if (y < d - 1)
+            h = t.twin[step(h, 2)];
+    }
+    // The upper sides of the last row of quads.
+    for (int x = 0; x < d; ++x) {
+        *out++ = t.vertex[step(h, 3)];
+        if (x == d - 1)
+            *out++ = t.vertex[step(h, 2)];
+        else
+            h = step(t.twin[step(h, 1)], 1);
     }
 }
 
@@ -244,11 +367,22 @@ bool ControlGrid::is_regular(const ControlMesh& mesh, bool but_first) const {
     return true;
 }
 
+bool ControlGrid::is_vertex(int axis, int i) const noexcept {
+    return i >= (begin_[axis] == Begin::Border && midway_) &&
+           i <= n_[axis] - (end_[axis] && midway_);
+}
+
+Index ControlGrid::point(int x, int y) const noexcept {
+    x += origin_[0];
+    y += origin_[1];
+    return is_vertex(0, x) && is_vertex(1, y) ? vertex(x, y) : kInvalidIndex;
+}
+
 bool ControlGrid::line_terms(int axis, int i, double weight, Line& terms) const {
     const int n = n_[axis];
     const bool begin = begin_[axis] == Begin::Border;
     const int lo = begin && midway_ ? 1 : 0, hi = end_[axis] && midway_ ? n - 1 : n;
-    if (i >= lo && i <= hi) {
+    if (is_vertex(axis, i)) {
         terms.emplace_back(i, weight);
         return true;
     }

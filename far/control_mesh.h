@@ -54,17 +54,32 @@ public:
     bool is_settled(Index vertex) const noexcept { return settled_[vertex]; }
     /// A quad without anything in its middle.
     bool is_quad(Index face) const noexcept;
+    /// There are borders or sharp edges.
+    bool has_cuts() const noexcept { return has_cuts_; }
+
+    /// By face (odd degrees) or vertex (even degrees): whether the points of its regular patch
+    /// are all there inside of the surface, without mirror images.
+    std::vector<std::uint8_t> inner_cells() const;
+    /// The control points of such a patch, row by row.
+    /// \param h  of the cell: where the frame starts, as for ControlGrid::walk_around()
+    /// \pre out has room for (d + 1)^2 vertices
+    void inner_net(Index h, Index* out) const noexcept;
 
 private:
+    struct Fans;
     std::vector<bool> vertices_at_sharp_faces() const;
-    void sort_fans(Index vertex);
+    void sort_fans(Index vertex, Fans& out);
+    bool is_inner(Index vertex) const;
+    Index step(Index h, Index n) const noexcept;
 
     const RefinedLevel* level_;
+    int degree_;
     bool odd_, is_base_, midway_;
+    bool has_cuts_, all_quads_, all_smooth_;
     std::vector<Fan> fans_;  // per halfedge
-    std::vector<bool> settled_;
+    std::vector<std::uint8_t> settled_;
+    std::vector<std::uint8_t> inner_;  // four whole quads all around
     std::vector<IrregularFan> irregular_;
-    std::vector<Index> ring_;
 };
 
 /// A rectangle of quads of a control mesh: x along the halfedge where it starts, y to the left.
@@ -94,6 +109,9 @@ public:
     Index halfedge(int x, int y) const noexcept { return halfedges_[x * n_[1] + y]; }
     Index vertex(int x, int y) const noexcept { return vertices_[x * (n_[1] + 1) + y]; }
 
+    /// The control point (x, y), of walk_around() in its frame, where that is a vertex;
+    /// kInvalidIndex where it is a mirror image or beyond the grid.
+    Index point(int x, int y) const noexcept;
     /// The control point (x, y), of walk_around() in its frame: a vertex, or a mirror image.
     /// \return false if that would lie beyond the grid
     bool point(int x, int y, PointTerms& terms) const;
@@ -102,6 +120,7 @@ public:
 
 private:
     using Line = std::vector<std::pair<int, double>>;
+    bool is_vertex(int axis, int i) const noexcept;
     bool line_terms(int axis, int i, double weight, Line& terms) const;
     void combine(const Line& along_x, const Line& along_y, PointTerms& terms) const;
     bool fits(const ControlMesh& mesh, Index far, int axis, int at) const;

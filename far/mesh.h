@@ -19,11 +19,9 @@ struct MeshTraits : OpenMesh::DefaultTraits {
 /// stages work on the flat arrays of far/topology.h.
 using Mesh = OpenMesh::PolyMesh_ArrayKernelT<MeshTraits>;
 
-/// Checks the arrays and gives them to OpenMesh, vertex i to vertex i and face i to face i:
-/// nothing is dropped, doubled or renumbered. A vertex that no face uses is kept. Meshes may
-/// be open; tags are left to build_features().
-/// \return every ErrorCode from EmptyMesh to NonManifoldVertex, with the element and its line;
-///         those of check_uvs, with the face.
+/// Gives the arrays to OpenMesh, vertex i to vertex i and face i to face i, as far as
+/// build_topology() of far/topology.h takes them.
+/// \return what build_topology() returns
 Result<Mesh> build_mesh(const MeshData& data);
 
 /// The arrays of any OpenMesh polygon mesh, with its numbering.

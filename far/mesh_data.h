@@ -23,7 +23,7 @@ struct Tag {
 };
 
 /// A polygon mesh as plain arrays: what files hold and what callers hand in. Not checked;
-/// `Topology::build` is the door.
+/// build_topology() is the door.
 ///
 /// Shapes: face_sizes n_faces; face_vertices sum of face_sizes, the faces one after the
 /// other; face_uvs the same as face_vertices, or empty where the mesh has no texture

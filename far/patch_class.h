@@ -33,12 +33,14 @@ enum class PatchBorder : std::uint8_t {
 /// At a border an EV has one spoke more than sectors; the first and the last are the border.
 /// An EF has then, after all corners, the points of the border curve 0..d-1 steps away
 /// across side 0, and those across side n. Pinned and spiked EF end with the centre.
-/// Gregory: see GregoryBasis; faces that are no quads have a centre point.
+/// Gregory: see GregoryBasis; faces that are no quads have a centre point or are normalised.
 struct PatchClass {
     PatchKind kind = PatchKind::Regular;
     int degree = 3;
     int n_sectors = 4;  ///< faces around the vertex, or corners of the face
     PatchBorder border = PatchBorder::None;
+    /// Gregory, n_sectors != 4: the weights are divided by their sum; there is no centre point.
+    bool normalised = false;
 
     bool is_open() const noexcept {
         return border == PatchBorder::Smooth || border == PatchBorder::Pinned;
@@ -69,7 +71,7 @@ struct PatchClass {
                 return ef_centre() +
                        (border == PatchBorder::Pinned || border == PatchBorder::Spike);
             case PatchKind::Gregory:
-                return 5 * n_sectors + (n_sectors != 4);
+                return 5 * n_sectors + (n_sectors != 4 && !normalised);
         }
         return 0;
     }

@@ -25,8 +25,25 @@ int descend(Vec2<double>& p, Vec2<double>& towards) noexcept {
 
 PatchRef PatchTable::patch(Index i) const noexcept {
     const Record& r = patches_[i];
-    const auto n = static_cast<std::size_t>(classes_[r.patch_class].n_points());
-    return {r.patch_class, r.level, std::span(points_).subspan(r.first_point, n)};
+    const auto n = static_cast<std::size_t>(classes_[r.patch_class()].n_points());
+    return {r.patch_class(), r.level(), std::span(points_).subspan(r.first_point, n)};
+}
+
+detail::PatchLeaf PatchTable::leaf(Index node) const noexcept {
+    if (!(node & kSquareBit))
+        return leaves_[node & ~kLeafBit];
+    const Index patch = node & kPatchMask;
+    if (patches_[patch].level() > 0)
+        return {patch, 0, 0, 0, 2, 0};
+    // Even degrees: a quarter of the patch of its vertex, else a quarter of its face.
+    const int k = static_cast<int>(node >> kQuarterShift & 3);
+    const auto p = degree_ % 2 == 0 ? Vec2<int>(1, 1) : 2 * square_corner<int>(k);
+    return {patch,
+            0,
+            static_cast<std::int8_t>(p.x),
+            static_cast<std::int8_t>(p.y),
+            1,
+            static_cast<std::uint8_t>(k)};
 }
 
 PatchPoint PatchTable::locate(const QuarterPoint& point,
@@ -42,15 +59,15 @@ PatchPoint PatchTable::locate(const QuarterPoint& point,
         turns -= corner;
         scale *= 2;
     }
-    const Leaf& leaf = leaves_[node & ~kLeafBit];
-    const int extent = class_of(leaf.patch).extent();
-    p = Vec2<double>(leaf.x, leaf.y) + double(leaf.size) * turn(p, leaf.turns);
-    return {leaf.patch,
-            leaf.sector,
+    const detail::PatchLeaf at = leaf(node);
+    const int extent = class_of(at.patch).extent();
+    p = Vec2<double>(at.x, at.y) + double(at.size) * turn(p, at.turns);
+    return {at.patch,
+            at.sector,
             p.x / extent,
             p.y / extent,
-            (turns + leaf.turns) & 3,
-            scale * leaf.size / extent};
+            (turns + at.turns) & 3,
+            scale * at.size / extent};
 }
 
 PatchPoint PatchTable::locate(const Address& address) const noexcept {
@@ -70,15 +87,15 @@ void PatchTable::add_cells(Index quarter, std::vector<Cell>& cells) const {
     const auto add = [&](auto&& self, Index node, Vec2<double> origin,
                          Vec2<double> x_axis) -> void {
         if (node & kLeafBit) {
-            const Leaf& leaf = leaves_[node & ~kLeafBit];
+            const detail::PatchLeaf at = leaf(node);
             cells.push_back({quarter,
-                             leaf.patch,
+                             at.patch,
                              origin,
                              x_axis,
-                             leaf.sector,
-                             {leaf.x, leaf.y},
-                             leaf.size,
-                             leaf.turns});
+                             at.sector,
+                             {at.x, at.y},
+                             at.size,
+                             at.turns});
             return;
         }
         const Vec2<double> y_axis = turn(x_axis, 1);

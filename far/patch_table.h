@@ -49,6 +49,19 @@ struct Cell {
     int chart_size, chart_turns;
 };
 
+namespace detail {
+
+/// Where a cell lies in the chart of its patch.
+struct PatchLeaf {
+    Index patch;
+    Index sector;
+    std::int8_t x, y;   ///< origin of the cell's frame, in half-edges of the control mesh
+    std::uint8_t size;  ///< of the cell, in half-edges: 1 or 2
+    std::uint8_t turns;  ///< quarter turns of the cell's frame
+};
+
+}  // namespace detail
+
 /// The patches of a mesh, in flat arrays: topology and stencils, no positions.
 ///
 /// Each base face is cut into quarters, each quarter is the root of a quadtree whose leaves
@@ -77,7 +90,7 @@ public:
     std::span<const PatchClass> classes() const noexcept { return classes_; }
     PatchRef patch(Index i) const noexcept;
     const PatchClass& class_of(Index patch) const noexcept {
-        return classes_[patches_[patch].patch_class];
+        return classes_[patches_[patch].patch_class()];
     }
     /// Stencils of the points from n_base_points() on, each over the points before it.
     const StencilTable& refined_points() const noexcept { return refined_points_; }
@@ -111,20 +124,20 @@ public:
 private:
     friend class PatchTableBuilder;
 
-    static constexpr Index kLeafBit = Index(1) << 31;
-    // Where a cell lies in the chart of its patch.
-    struct Leaf {
-        Index patch;
-        Index sector;
-        std::int16_t x,
-            y;  // origin of the cell's frame, in half-edges of the control mesh
-        std::uint8_t size;   // of the cell, in half-edges: 1 or 2
-        std::uint8_t turns;  // quarter turns of the cell's frame
-    };
+    // A node of a quadtree is a leaf or the index of the first of four children, child j at
+    // corner j of the parent's frame; kInvalidIndex in faces without surface. Leaves of n-sided
+    // patches are indices of leaves_. Those of square patches, which cover whole cells, are
+    // made from what the node holds: the patch and, at level 0, the quarter's number.
+    static constexpr Index kLeafBit = Index(1) << 31, kSquareBit = Index(1) << 30;
+    static constexpr Index kQuarterShift = 28;
+    static constexpr Index kPatchMask = (Index(1) << kQuarterShift) - 1;
+    detail::PatchLeaf leaf(Index node) const noexcept;
+
     struct Record {
-        Index patch_class;
+        Index class_and_level;  // the level in the lowest 8 bits
         Index first_point;
-        std::uint8_t level;
+        Index patch_class() const noexcept { return class_and_level >> 8; }
+        int level() const noexcept { return static_cast<int>(class_and_level & 255); }
     };
 
     int degree_ = 3;
@@ -136,11 +149,8 @@ private:
     std::vector<PatchClass> classes_;
     std::vector<Record> patches_;
     std::vector<Index> points_;  // of all patches, from first_point on
-    std::vector<Leaf> leaves_;
-    // Roots: one per quarter. The top bit marks a leaf, the rest is its index; without it,
-    // the index of the first of four children, child j at corner j of the parent's frame.
-    // kInvalidIndex in faces without surface.
-    std::vector<Index> nodes_;
+    std::vector<detail::PatchLeaf> leaves_;
+    std::vector<Index> nodes_;  // roots first: one per quarter
 };
 
 /// What covers the surface where its neighbourhood is not regular.
@@ -162,6 +172,9 @@ struct PatchTableOptions {
     /// Gregory: tangents of the limit's eigenvectors in their own length, instead of the length
     /// that follows the limit closer; see far/gregory_points.h.
     bool paper_tangents = false;
+    /// Gregory: faces that are no quads get no centre point; weights are divided by their sum.
+    /// Such patches are further from the limit inside.
+    bool normalised = false;
     /// Level to which the inner ends of infinitely sharp creases, and infinitely sharp
     /// vertices without creases, are refined: 0 to 16. One patch covers what is left around
     /// them. It joins its neighbours like all others, but inside it errs from the limit

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <numeric>
 
+#include "far/parallel.h"
 #include "far/refine_step.h"
 
 namespace osdx {
@@ -217,23 +218,25 @@ StencilTable Refinement::stencils() const {
     return product;
 }
 
-Refinement::Chain Refinement::chain(std::vector<std::vector<bool>> wanted) const {
+Refinement::Chain Refinement::chain(std::vector<std::vector<std::uint8_t>> wanted) const {
     // Backwards: the rows of each factor that the rows after it read.
-    std::vector<std::vector<std::vector<bool>>> needed(levels_.size());
+    std::vector<std::vector<std::vector<std::uint8_t>>> needed(levels_.size());
     for (std::size_t l = levels_.size(); l-- > 1;) {
         const auto& factors = levels_[l].factors;
         needed[l].resize(factors.size());
-        std::vector<bool> rows = wanted[l];
+        std::vector<std::uint8_t> rows = std::move(wanted[l]);
         for (std::size_t f = factors.size(); f-- > 0;) {
             const StencilTable& factor = factors[f];
-            std::vector<bool> inputs =
-                f > 0 ? std::vector<bool>(factors[f - 1].n_rows(), false)
+            std::vector<std::uint8_t> inputs =
+                f > 0 ? std::vector<std::uint8_t>(factors[f - 1].n_rows(), false)
                       : std::move(wanted[l - 1]);
-            for (Index r = 0; r < factor.n_rows(); ++r) {
-                if (!rows[r])
-                    continue;
-                for (std::size_t k = factor.offsets[r]; k < factor.offsets[r + 1]; ++k)
-                    inputs[factor.indices[k]] = true;
+            if (f > 0 || l > 1) {
+                detail::for_each_index(factor.n_rows(), [&](Index r) {
+                    if (!rows[r])
+                        return;
+                    for (auto k = factor.offsets[r]; k < factor.offsets[r + 1]; ++k)
+                        detail::set_flag(inputs[factor.indices[k]]);
+                });
             }
             needed[l][f] = std::move(rows);
             rows = std::move(inputs);

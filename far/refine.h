@@ -148,10 +148,11 @@ public:
         /// By level and vertex: the place in the array; kInvalidIndex where it has none.
         std::vector<std::vector<Index>> place;
     };
-    /// \param wanted  by level and vertex; points on the way to these get rows as well
-    /// \pre wanted.size() == n_levels(); wanted[i].size() == topology(i).n_vertices(); what is
-    ///      wanted is known
-    Chain chain(std::vector<std::vector<bool>> wanted) const;
+    /// \param wanted  by level and vertex; points on the way to these get rows as well. Those
+    ///        of level 0 are there in any case, and nothing is asked of wanted[0].
+    /// \pre wanted.size() == n_levels(); wanted[i].size() == topology(i).n_vertices() for
+    ///      i > 0; what is wanted is known
+    Chain chain(std::vector<std::vector<std::uint8_t>> wanted) const;
 
 private:
     void add_refined(const RefinedLevel& parent);

@@ -29,6 +29,8 @@ struct Topology {
     std::vector<Index> vertex_halfedge;
     Index n_edges = 0;
 
+    bool operator==(const Topology&) const = default;
+
     Index n_vertices() const noexcept {
         return static_cast<Index>(vertex_halfedge.size());
     }
@@ -85,7 +87,14 @@ struct Topology {
     }
 };
 
-/// Flattens a mesh that build_mesh made, with its numbering of vertices and faces.
+/// Checks the arrays and links them, with their numbering of vertices and faces: nothing is
+/// dropped, doubled or renumbered. A vertex that no face uses is kept. Meshes may be open;
+/// tags are left to build_features(). In linear time, on all threads.
+/// \return every ErrorCode from EmptyMesh to NonManifoldVertex, with the element and its line;
+///         those of check_uvs, with the face.
+Result<Topology> build_topology(const MeshData& data);
+
+/// Flattens a mesh that build_mesh made: the same as from its arrays.
 Topology build_topology(const Mesh& mesh);
 
 /// The faces of a topology with given positions, as arrays. A face's first vertex is that of

@@ -140,6 +140,10 @@ Result<LimitSurface> LimitSurface::build(const Topology& base, const Features& f
     return LimitSurface(std::move(impl));
 }
 
+Index LimitSurface::n_patches() const noexcept {
+    return static_cast<Index>(impl_->table->GetNumPatchesTotal());
+}
+
 SurfaceJet<double> LimitSurface::evaluate(const Address& where) const noexcept {
     // A quad is one Ptex face; another polygon has one per corner, which is our quarter. Its
     // coordinates are those of the quarter, but Far scales derivatives to the (u, v) of the
@@ -177,6 +181,9 @@ struct LimitSurface::Impl {};
 Result<LimitSurface> LimitSurface::build(const Topology&, const Features&,
                                          std::span<const Vec3<double>>, int) {
     return fail(ErrorCode::NotBuilt, "osdx was built without OpenSubdiv");
+}
+Index LimitSurface::n_patches() const noexcept {
+    return 0;
 }
 SurfaceJet<double> LimitSurface::evaluate(const Address&) const noexcept {
     return {};

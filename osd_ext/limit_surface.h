@@ -44,6 +44,8 @@ public:
     LimitSurface& operator=(LimitSurface&&) noexcept;
     ~LimitSurface();
 
+    Index n_patches() const noexcept;  ///< of all levels
+
     /// Position and first and second derivatives in (u, v).
     /// \pre where.face is no hole of with_border()
     SurfaceJet<double> evaluate(const Address& where) const noexcept;

@@ -14,29 +14,29 @@
 namespace osdx {
 
 Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& options) {
-    const Result<Mesh> mesh = build_mesh(data);
-    if (!mesh)
-        return mesh.error();
-    Topology topology = build_topology(*mesh);
+    Result<Topology> topology = build_topology(data);
+    if (!topology)
+        return topology.error();
     Result<Features> features = build_features(
-        data, topology,
+        data, *topology,
         {.ignore_tags = options.ignore_tags, .boundary = options.boundary});
     if (!features)
         return features.error();
     // Gregory patches take interior vertices of two faces.
     if (options.family == PatchFamily::Multisided) {
-        const Status s = check_surface(data, topology, *features, options.degree);
+        const Status s = check_surface(data, *topology, *features, options.degree);
         if (!s)
             return s.error();
     }
 
     Result<PatchTable> table =
-        build_patch_table(std::move(topology), std::move(*features),
+        build_patch_table(std::move(*topology), std::move(*features),
                           {.degree = options.degree,
                            .family = options.family,
                            .levels = options.levels,
                            .uniform = options.uniform,
                            .paper_tangents = options.paper_tangents,
+                           .normalised = options.normalised,
                            .isolation = options.isolation});
     if (!table)
         return table.error();

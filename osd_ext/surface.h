@@ -22,6 +22,7 @@ struct SurfaceOptions {
     int levels = 0;               ///< Gregory: steps of refinement before; 0 to 10
     bool uniform = false;         ///< Gregory: refine everywhere, not only where needed
     bool paper_tangents = false;  ///< Gregory: see PatchTableOptions
+    bool normalised = false;      ///< Gregory: see PatchTableOptions
     bool ignore_tags = false;     ///< take the mesh as if it had no tags
     int isolation = 6;            ///< level of the ends of creases; see PatchTableOptions
     /// Instead of the mesh's tag, or EdgeOnly.
@@ -37,7 +38,7 @@ struct SurfaceOptions {
 /// Units: those of the mesh. Threads: const members may run at the same time.
 class Surface {
 public:
-    /// \return InvalidOption, or what build_mesh, build_features and check_surface
+    /// \return InvalidOption, or what build_topology, build_features and check_surface
     ///         return.
     static Result<Surface> build(const MeshData& mesh,
                                  const SurfaceOptions& options = {});

@@ -12,13 +12,13 @@ namespace osdx {
 Result<TextureSurface> TextureSurface::build(const MeshData& data,
                                              const SurfaceOptions& options,
                                              std::optional<FaceVaryingRule> rule) {
-    const Result<Mesh> mesh = build_mesh(data);
-    if (!mesh)
-        return mesh.error();
+    const Result<Topology> built = build_topology(data);
+    if (!built)
+        return built.error();
+    const Topology& topology = *built;
     if (data.face_uvs.empty()) {
         return fail(ErrorCode::NoTexcoords, "the mesh has no texture coordinates");
     }
-    const Topology topology = build_topology(*mesh);
     const Result<Features> features = build_features(
         data, topology,
         {.ignore_tags = options.ignore_tags, .boundary = options.boundary});

@@ -134,6 +134,45 @@ TEST(GregorySurface, RefinesEverywhereOnDemand) {
               1e-4);
 }
 
+// Without centre points the patches keep their tangent planes at all edges, and quads all they
+// have; inside they are further from the limit.
+TEST(GregorySurface, TakesNormalisedPatches) {
+    for (const MeshData& mesh : {dodecahedron(), octahedron(), prism(7)}) {
+        const Surface centred = build(mesh), fine = build(mesh, 6);
+        auto s =
+            Surface::build(mesh, {.family = PatchFamily::Gregory, .normalised = true});
+        ASSERT_TRUE(s);
+        const Continuity c = measure_continuity(*s, 4);
+        EXPECT_LE(c.gap_max, 1e-14);
+        EXPECT_LE(c.normal_jump_deg_max, 1e-8);
+        double squares[2] = {0, 0};
+        for (Index f = 0; f < s->base().n_faces(); ++f) {
+            const Index n = s->base().face_size(f);
+            const PatchClass& pc =
+                s->patches().class_of(s->patches().locate(Address{f, 0.3, 0.2}).patch);
+            EXPECT_EQ(pc.normalised, n != 4);
+            EXPECT_EQ(pc.n_points(), 5 * static_cast<int>(n));
+            const Vec3<double> edge = s->evaluate({f, 0.3, 0}).p;
+            EXPECT_LE(glm::distance(edge, centred.evaluate({f, 0.3, 0}).p),
+                      1e-14 * diagonal(mesh));
+            // In the middle, where the two differ most, and only along the normal: addresses
+            // of the three surfaces slide along each other.
+            const Address middle =
+                to_address(s->base(), {s->base().face_offsets[f], 1, 1});
+            const Vec3<double> p = s->evaluate(middle).p, q = centred.evaluate(middle).p;
+            if (n == 4) {
+                EXPECT_LE(glm::distance(p, q), 1e-14 * diagonal(mesh));
+            }
+            const SurfaceJet<double> limit = fine.evaluate(middle);
+            const double there = glm::dot(p - limit.p, normal(limit)),
+                         here = glm::dot(q - limit.p, normal(limit));
+            squares[0] += there * there;
+            squares[1] += here * here;
+        }
+        EXPECT_GT(squares[0], squares[1]);
+    }
+}
+
 TEST(GregorySurface, RefusesOtherDegreesAndLevels) {
     const auto error = [](int degree, int levels) {
         const auto s = Surface::build(

@@ -105,6 +105,9 @@ void expect_refusal(const MeshData& data, ErrorCode code, Index element, Index l
     EXPECT_EQ(mesh.error().line, line);
     EXPECT_NE(mesh.error().message.find(words), std::string::npos)
         << mesh.error().message;
+    const Result<Topology> topology = build_topology(data);
+    ASSERT_FALSE(topology);
+    EXPECT_EQ(topology.error().message, mesh.error().message);
 }
 
 TEST(MeshRefuses, AMeshWithoutVerticesOrFaces) {

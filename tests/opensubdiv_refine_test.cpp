@@ -25,6 +25,7 @@
 
 #include "far/features.h"
 #include "far/refine.h"
+#include "far/uniform_refinement.h"
 #include "tests/test_meshes.h"
 
 namespace osdx {
@@ -245,6 +246,50 @@ bool expect_equal_levels(const MeshData& mesh, double* worst = nullptr,
     return true;
 }
 
+/// The last level on grids, in float.
+void expect_equal_grids(const MeshData& mesh) {
+    const auto refiner = osd_refiner(mesh, {});
+    const std::vector<Vec3<float>> points(mesh.positions.begin(), mesh.positions.end());
+    const auto theirs = osd_points<float>(*refiner, points).back();
+    const UniformRefinement ours(test::topology_of(mesh), 3, kLevels,
+                                 test::features_of(mesh));
+    const QuadGrids grids = ours.grids();
+    ASSERT_EQ(grids.n_vertices(), theirs.size());
+    std::vector<Vec3<float>> out(grids.n_vertices());
+    ours.points(std::span<const Vec3<float>>(points), std::span(out));
+    std::vector<Index> vertices(grids.n_halfedges());
+    face_vertices(grids, vertices);
+
+    Topology level = test::topology_of(mesh);
+    Correspondence map;
+    for (Index v = 0; v < level.n_vertices(); ++v)
+        map.vertex.push_back(static_cast<int>(v));
+    for (Index f = 0; f < level.n_faces(); ++f)
+        map.face.push_back(static_cast<int>(f));
+    Index valence = 4;
+    for (Index v = 0; v < level.n_vertices(); ++v)
+        valence = std::max(valence, level.valence(v));
+    for (Index f = 0; f < level.n_faces(); ++f)
+        valence = std::max(valence, level.face_size(f));
+    for (int l = 0; l < kLevels; ++l) {
+        descend(level, refiner->GetLevel(l), map);
+        if (testing::Test::HasFatalFailure())
+            return;
+        level = split(level);
+    }
+    // As in expect_equal_levels(): the rows have 2 n + 1 entries at most.
+    const double tolerance = (kLevels * 4 * (2 + std::sqrt(2.0 * valence + 1)) *
+                                  std::numeric_limits<float>::epsilon() +
+                              kLevels * sharpness_error(mesh)) *
+                             test::diagonal(mesh);
+    for (Index h = 0; h < level.n_halfedges(); ++h) {
+        ASSERT_LE(glm::distance(out[vertices[ours.from_split(h)]],
+                                theirs[map.vertex[level.vertex[h]]].p),
+                  tolerance)
+            << "halfedge " << h;
+    }
+}
+
 std::vector<test::NamedMesh> meshes() {
     auto result = test::closed_meshes();
     for (const Index n : {3u, 5u, 8u, 64u, 360u})
@@ -291,6 +336,18 @@ TEST(OpenSubdivRefine, OtherPolygonsInFloat) {
 
 constexpr BoundaryRule kBoundaryRules[] = {BoundaryRule::None, BoundaryRule::EdgeOnly,
                                            BoundaryRule::EdgeAndCorner};
+
+TEST(OpenSubdivRefine, Grids) {
+    auto all = meshes();
+    for (auto& mesh : test::open_meshes())
+        all.push_back(std::move(mesh));
+    for (auto& mesh : test::semi_sharp_meshes())
+        all.push_back(std::move(mesh));
+    for (const auto& [name, mesh] : all) {
+        SCOPED_TRACE(name);
+        expect_equal_grids(mesh);
+    }
+}
 
 TEST(OpenSubdivRefine, OpenMeshes) {
     for (const auto& [name, mesh] : test::open_meshes()) {

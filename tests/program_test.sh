@@ -151,6 +151,10 @@ if "$osdx" compare cube.obj --rate 2 --patch gregory --levels 1 --with multiside
     --json with.json >stdout 2>stderr; then
     grep -q '"gregory": {' with.json && grep -q '"4": 24' with.json &&
         grep -q '"patch": "multisided"' with.json || fail "compare: $(cat with.json)"
+    "$osdx" compare cube.obj --rate 2 --patch gregory --levels 1 --with catmark \
+        --json with.json >stdout 2>stderr &&
+        grep -q 'OpenSubdiv at isolation 1: 24 patches' stdout &&
+        grep -q '"isolation": 1' with.json || fail "compare: $(cat with.json)"
 else
     grep -q 'built without OpenSubdiv' stderr || fail "compare: $(cat stderr)"
 fi

@@ -165,7 +165,7 @@ TEST(Refine, LevelsFollowEachOther) {
 // same sums: equal bits), and nothing is made that neither is wanted nor read.
 TEST(Refine, ChainMakesTheWantedPoints) {
     for_each_case(2, [](const MeshData& mesh, const Refinement& r) {
-        std::vector<std::vector<bool>> wanted;
+        std::vector<std::vector<std::uint8_t>> wanted;
         std::vector<std::vector<Point>> points;
         Refinement levels(r.topology(0), r.degree());
         std::mt19937 random(7);

@@ -109,6 +109,42 @@ TEST(Topology, KeepsTheCornersOfTheMesh) {
     }
 }
 
+/// The faces in a random order, each from a random corner on.
+MeshData shuffled(const MeshData& mesh, unsigned seed) {
+    std::mt19937 random(seed);
+    std::vector<std::vector<Index>> faces;
+    auto v = mesh.face_vertices.begin();
+    for (const Index n : mesh.face_sizes) {
+        faces.emplace_back(v, v + n);
+        std::ranges::rotate(faces.back(), faces.back().begin() + random() % n);
+        v += n;
+    }
+    std::ranges::shuffle(faces, random);
+    MeshData result;
+    result.positions = mesh.positions;
+    for (const auto& face : faces) {
+        result.face_sizes.push_back(static_cast<Index>(face.size()));
+        result.face_vertices.insert(result.face_vertices.end(), face.begin(), face.end());
+    }
+    return result;
+}
+
+// OpenMesh links the faces one by one; the arrays are linked all at once.
+TEST(Topology, IsThatOfOpenMesh) {
+    auto all = meshes();
+    all.push_back({"shuffled torus", shuffled(test::torus(70, 60), 1)});
+    all.push_back({"shuffled grid", shuffled(test::grid(70, 60), 2)});
+    all.push_back({"shuffled poles", shuffled(test::face_pole(360, 3, 2), 3)});
+    for (auto&& mesh : test::open_meshes())
+        all.push_back(std::move(mesh));
+    for (const auto& [name, data] : all) {
+        SCOPED_TRACE(name);
+        const Result<Topology> t = build_topology(data);
+        ASSERT_TRUE(t) << t.error().message;
+        EXPECT_EQ(*t, test::topology_of(data));
+    }
+}
+
 TEST(Topology, IsConsistent) {
     for (const auto& [name, data] : meshes()) {
         SCOPED_TRACE(name);

@@ -356,10 +356,10 @@ Status subdivide_command(const CommandOptions& options) {
     const Result<MeshData> data = read_mesh(options.input);
     if (!data)
         return in_file(data.error(), options.input);
-    const Result<Mesh> mesh = build_mesh(*data);
-    if (!mesh)
-        return in_file(mesh.error(), options.input);
-    Topology base = build_topology(*mesh);
+    Result<Topology> built = build_topology(*data);
+    if (!built)
+        return in_file(built.error(), options.input);
+    Topology& base = *built;
     Result<Features> features = build_features(
         *data, base, {.ignore_tags = options.ignore_tags, .boundary = options.boundary});
     if (!features)
@@ -434,6 +434,7 @@ Status compare_command(const CommandOptions& options) {
         return job.error();
     const Topology& base = job->surface.base();
     const double diagonal = job->diagonal();
+    const int even_rate = options.rate + options.rate % 2;
     progress.stage("building the limit surface");
     const Result<LimitSurface> limit = job->build_limit(options.isolation);
     if (!limit)
@@ -467,7 +468,24 @@ Status compare_command(const CommandOptions& options) {
     std::string lines = family_lines(options, *job, *m);
     lines += fmt::format("(limit of OpenSubdiv at isolation {}, itself within {:.1e})\n",
                          options.isolation, *error);
-    if (!options.with.empty()) {
+    if (options.with == "catmark") {
+        progress.stage("measuring OpenSubdiv's patches");
+        const Result<LimitSurface> peer = job->build_limit(options.with_isolation);
+        if (!peer)
+            return in_file(peer.error(), options.input);
+        const auto to_limit =
+            measure_distance(base, job->surface.features(), surface_function(base, *peer),
+                             surface_function(base, *limit), even_rate, diagonal);
+        if (!to_limit)
+            return in_file(to_limit.error(), options.input);
+        report["with"] = {{"patch", options.with},
+                          {"isolation", options.with_isolation},
+                          {"patches", {{"all", peer->n_patches()}}},
+                          {"limit", distance_report(*to_limit)}};
+        lines += fmt::format(
+            "OpenSubdiv at isolation {}: {} patches\n  to the limit: {}\n",
+            options.with_isolation, peer->n_patches(), distance_line(*to_limit));
+    } else if (!options.with.empty()) {
         CommandOptions others = options;
         others.patch = options.with;
         Result<Job> other = load_job(others);
@@ -477,9 +495,9 @@ Status compare_command(const CommandOptions& options) {
         if (!n)
             return in_file(n.error(), options.input);
         progress.stage("measuring the distance between the two");
-        const auto between = measure_distance(base, job->surface.features(),
-                                              job->function(), other->function(),
-                                              options.rate + options.rate % 2, diagonal);
+        const auto between =
+            measure_distance(base, job->surface.features(), job->function(),
+                             other->function(), even_rate, diagonal);
         if (!between)
             return in_file(between.error(), options.input);
         report["with"] = family_report(*other, *n);

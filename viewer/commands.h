@@ -27,12 +27,13 @@ struct CommandOptions {
     std::filesystem::path json;
     std::filesystem::path images;
     std::string patch = "multisided";
-    std::string with;  ///< another family, to compare
+    std::string with;        ///< another family, to compare
+    int with_isolation = 1;  ///< of OpenSubdiv's patches, where `with` is catmark
     std::string shade = "phong";
     int degree = 3;
     int levels = 1;
     int gregory_levels = 0;
-    bool uniform = false, paper_tangents = false;  ///< of Gregory patches
+    bool uniform = false, paper_tangents = false, normalised = false;  ///< Gregory
     int rate = 8;
     int isolation = 8;
     int width = 960, height = 720;

@@ -46,6 +46,7 @@ Result<Job> load_job(const CommandOptions& options) {
                                .levels = options.gregory_levels,
                                .uniform = options.uniform,
                                .paper_tangents = options.paper_tangents,
+                               .normalised = options.normalised,
                                .ignore_tags = options.ignore_tags,
                                .boundary = options.boundary});
     if (!surface)

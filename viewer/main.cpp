@@ -75,6 +75,8 @@ struct Parser {
                       "refine everywhere for Gregory patches, not only where needed");
         sub->add_flag("--paper-tangents", options.paper_tangents,
                       "Gregory patches with tangents of the eigenvectors' length");
+        sub->add_flag("--normalised", options.normalised,
+                      "Gregory patches without centre points, divided by their weights");
     }
     void uv_rule(CLI::App* sub) {
         using enum osdx::FaceVaryingRule;
@@ -152,9 +154,16 @@ void define(Parser& p) {
     p.degree(compare);
     p.patch(compare, false);  // the limit surface is the other side of the comparison
     compare
-        ->add_option("--with", p.options.with,
-                     "a second family of patches, measured as well and against the first")
-        ->check(CLI::IsMember({"multisided", "gregory"}));
+        ->add_option(
+            "--with", p.options.with,
+            "a second family of patches, measured as well and against the first; "
+            "or catmark: OpenSubdiv's patches at a low isolation")
+        ->check(CLI::IsMember({"multisided", "gregory", "catmark"}));
+    compare
+        ->add_option("--with-isolation", p.options.with_isolation,
+                     "refinement of OpenSubdiv's patches in --with catmark")
+        ->check(CLI::Range(1, osdx::LimitSurface::kMaxIsolation))
+        ->capture_default_str();
     p.rate(compare, 2);
     compare->add_option("--images", p.options.images, "a folder for pictures");
     compare

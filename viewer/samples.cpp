@@ -250,10 +250,10 @@ Json evaluate_net(const Net& net) {
 }
 
 Result<Json> evaluate_gregory(const GregoryNet& net) {
-    const Result<Mesh> mesh = build_mesh(net.mesh);
-    if (!mesh)
-        return mesh.error();
-    const Topology topology = build_topology(*mesh);
+    const Result<Topology> built = build_topology(net.mesh);
+    if (!built)
+        return built.error();
+    const Topology& topology = *built;
     const Result<Features> tagged = build_features(net.mesh, topology);
     if (!tagged)
         return tagged.error();
