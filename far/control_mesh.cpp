@@ -4,6 +4,7 @@
 #include "far/control_mesh.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include "far/parallel.h"
 
@@ -14,6 +15,9 @@ struct ControlMesh::Fans {
     std::vector<IrregularFan> irregular;
     std::vector<Index> ring;
 };
+
+// Vertices where something is sharp, or a border or gap runs, and those that no patch reads.
+constexpr std::uint8_t kSmooth = 0, kSpecial = 1, kUnknown = 2;
 
 ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
     : level_(&level),
@@ -34,43 +38,85 @@ ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
              : !none(t.n_halfedges(), [&](Index h) { return is_cut(h); });
     all_quads_ = level.face_kinds.empty() &&
                  none(t.n_faces(), [&](Index f) { return t.face_size(f) != 4; });
-    all_smooth_ = !has_cuts_ && level.gap.empty() &&
-                  level.features.vertex_sharpness.empty() &&
-                  level.features.edge_sharpness.empty() && odd_;
-
-    const std::vector<bool> sharp = vertices_at_sharp_faces();
+    const std::vector<std::uint8_t> special = special_vertices();
     std::vector<Fans> chunks(n_chunks(t.n_vertices()));
     for_each_chunk(t.n_vertices(), kChunk,
                    [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                        for (auto v = static_cast<Index>(begin); v < end; ++v) {
-                           if (!sharp.empty() && sharp[v])
+                           if (t.vertex_halfedge[v] == kInvalidIndex)
                                continue;
-                           if (t.vertex_halfedge[v] != kInvalidIndex && level.is_known(v))
+                           if (special.empty() || special[v] == kSmooth)
                                sort_fans(v, chunks[chunk]);
+                           else if (special[v] == kSpecial)
+                               sort_special_fans(v, chunks[chunk]);
                        }
                    });
     for (const Fans& fans : chunks)
         irregular_.insert(irregular_.end(), fans.irregular.begin(), fans.irregular.end());
 }
 
-/// Even degrees: where sharpness still changes the rules; empty: nowhere.
-std::vector<bool> ControlMesh::vertices_at_sharp_faces() const {
+/// By vertex, or empty where all are smooth.
+std::vector<std::uint8_t> ControlMesh::special_vertices() const {
     const Topology& t = topology();
-    std::vector<bool> vertices;
-    const auto add_face = [&](Index f) {
-        vertices.resize(t.n_vertices());
-        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
-            vertices[t.vertex[h]] = true;
+    const RefinedLevel& level = *level_;
+    std::vector<std::uint8_t> special;
+    const auto mark = [&](std::uint8_t& vertex, std::uint8_t what) {
+        std::atomic_ref(vertex).store(what, std::memory_order_relaxed);
     };
-    for (Index h = 0; h < t.n_halfedges() && !level_->rays.empty(); ++h) {
-        if (level_->edge_rays[t.edge[h]] != kInvalidIndex)
-            add_face(t.face[h]);
+    const auto mark_edges = [&](auto&& is) {
+        special.resize(t.n_vertices());
+        for_each_index(t.n_halfedges(), [&](Index h) {
+            if (!is(h))
+                return;
+            mark(special[t.vertex[h]], kSpecial);
+            mark(special[t.to_vertex(h)], kSpecial);
+        });
+    };
+    const auto mark_vertices = [&](auto&& is) {
+        special.resize(t.n_vertices());
+        for_each_index(t.n_vertices(), [&](Index v) {
+            if (is(v))
+                special[v] = kSpecial;
+        });
+    };
+    if (!level.gap.empty())
+        mark_edges([&](Index h) { return level.gap[t.edge[h]]; });
+    if (odd_) {
+        if (!level.features.edge_sharpness.empty())
+            mark_edges([&](Index h) { return level.features.edge(t.edge[h]) > 0; });
+        if (!level.features.vertex_sharpness.empty())
+            mark_vertices([&](Index v) { return level.features.vertex(v) > 0; });
+    } else {
+        if (has_cuts_)
+            mark_edges([&](Index h) { return is_cut(h); });
+        mark_vertices([&](Index v) {
+            return level.point_kinds[v] != PointKind::Inner ||
+                   (is_base_ && (!level.base_sharpness[v].rays.empty() ||
+                                 level.base_sharpness[v].vertex_sharpness > 0));
+        });
     }
-    for (const Junction& j : level_->junctions) {
+    if (!level.known.empty()) {
+        special.resize(t.n_vertices());
+        for (Index v = 0; v < t.n_vertices(); ++v) {
+            if (!level.known[v])
+                special[v] = kUnknown;
+        }
+    }
+    // Even degrees: where sharpness still changes the rules.
+    const auto skip_face = [&](Index f) {
+        special.resize(t.n_vertices());
+        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
+            special[t.vertex[h]] = kUnknown;
+    };
+    for (Index h = 0; h < t.n_halfedges() && !level.rays.empty(); ++h) {
+        if (level.edge_rays[t.edge[h]] != kInvalidIndex)
+            skip_face(t.face[h]);
+    }
+    for (const Junction& j : level.junctions) {
         if (j.vertex_sharpness < kInfinitelySharp)
-            add_face(j.face);
+            skip_face(j.face);
     }
-    return vertices;
+    return special;
 }
 
 bool ControlMesh::is_cut(Index h) const noexcept {
@@ -88,21 +134,21 @@ bool ControlMesh::is_quad(Index face) const noexcept {
 
 void ControlMesh::sort_fans(Index v, Fans& out) {
     const Topology& t = topology();
+    settled_[v] = true;
+    const Index first = t.vertex_halfedge[v], n = t.valence(v);
+    if (n != 4) {
+        out.irregular.push_back({first, static_cast<int>(n), PatchBorder::None, true});
+        return;
+    }
+    t.for_each_outgoing(v, [&](Index h) { fans_[h] = Fan::Inside; });
+    inner_[v] = is_inner(v);
+}
+
+void ControlMesh::sort_special_fans(Index v, Fans& out) {
+    const Topology& t = topology();
     std::vector<Index>& ring = out.ring;
     ring.clear();
     t.for_each_outgoing(v, [&](Index h) { ring.push_back(h); });
-    if (all_smooth_) {
-        settled_[v] = true;
-        if (ring.size() != 4) {
-            out.irregular.push_back(
-                {ring[0], static_cast<int>(ring.size()), PatchBorder::None, true});
-            return;
-        }
-        for (const Index h : ring)
-            fans_[h] = Fan::Inside;
-        inner_[v] = is_inner(v);
-        return;
-    }
     bool blocked = false;  // semi-sharp, or beside a gap
     int n_cuts = 0;
     t.for_each_edge(v, [&](Index e, Index) {

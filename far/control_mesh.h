@@ -67,15 +67,16 @@ public:
 
 private:
     struct Fans;
-    std::vector<bool> vertices_at_sharp_faces() const;
+    std::vector<std::uint8_t> special_vertices() const;
     void sort_fans(Index vertex, Fans& out);
+    void sort_special_fans(Index vertex, Fans& out);
     bool is_inner(Index vertex) const;
     Index step(Index h, Index n) const noexcept;
 
     const RefinedLevel* level_;
     int degree_;
     bool odd_, is_base_, midway_;
-    bool has_cuts_, all_quads_, all_smooth_;
+    bool has_cuts_, all_quads_;
     std::vector<Fan> fans_;  // per halfedge
     std::vector<std::uint8_t> settled_;
     std::vector<std::uint8_t> inner_;  // four whole quads all around

@@ -11,6 +11,8 @@
 #include <string_view>
 #include <utility>
 
+#include "far/parallel.h"
+
 namespace osdx {
 namespace {
 
@@ -191,14 +193,15 @@ Result<Features> build_features(const MeshData& data, const Topology& topology,
 }
 
 Features with_border(const Topology& t, Features f) {
+    const std::vector<Index> borders = border_halfedges(t);
+    if (borders.empty())
+        return f;
     const std::vector<double> given = f.edge_sharpness;
     const auto is_sharpened = [&](Index h) {
         return !given.empty() && given[t.edge[h]] >= kInfinitelySharp;
     };
-    for (Index h = 0; h < t.n_halfedges(); ++h) {
-        if (!t.is_border(h))
-            continue;
-        f.edge_sharpness.resize(t.n_edges);
+    f.edge_sharpness.resize(t.n_edges);
+    for (const Index h : borders) {
         f.edge_sharpness[t.edge[h]] = kInfinitelySharp;
         const Index v = t.vertex[h];
         if (f.boundary == BoundaryRule::EdgeAndCorner && t.valence(v) == 1) {
@@ -259,6 +262,10 @@ namespace {
 
 /// An interior vertex between two faces with nothing sharp to part them.
 bool is_flat_fold(const Topology& t, const Features& f, Index v) {
+    // Two rotations lead back: what most vertices do not fulfil is asked first.
+    const Index start = t.vertex_halfedge[v], other = t.ccw(start);
+    if (other == kInvalidIndex || other == start || t.ccw(other) != start)
+        return false;
     int n_faces = 0, n_sharp = 0;
     bool has_surface = false;
     t.for_each_outgoing(v, [&](Index h) {
@@ -300,10 +307,11 @@ Status check_refinement(const MeshData& data, const Topology& t, const Features&
 Status check_surface(const MeshData& data, const Topology& t, const Features& features,
                      int degree) {
     const Features f = with_border(t, features);
-    for (Index v = 0; v < t.n_vertices(); ++v) {
-        if (t.vertex_halfedge[v] != kInvalidIndex && is_flat_fold(t, f, v))
-            return refuse_valence_two(data, v);
-    }
+    const Index v = detail::first_index(t.n_vertices(), [&](Index i) {
+        return t.vertex_halfedge[i] != kInvalidIndex && is_flat_fold(t, f, i);
+    });
+    if (v != kInvalidIndex)
+        return refuse_valence_two(data, v);
     return check_refinement(data, t, features, degree);
 }
 

@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cstddef>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "far/types.h"
@@ -70,11 +71,11 @@ Index first_index(std::size_t n, Is&& is, std::size_t size = kChunk) {
 }
 
 /// Numbers what is counted chunk by chunk: count(begin, end) says how many a chunk holds, then
-/// write(first, begin, end) gets the number of its first one.
-/// \return how many there are in all
-template <class Count, class Write>
-std::size_t for_each_numbered(std::size_t n, std::size_t size, Count&& count,
-                              Write&& write) {
+/// allocate(sum) hears how many there are in all, and write(first, begin, end) gets the number
+/// of the first one of a chunk.
+template <class Count, class Allocate, class Write>
+void for_each_numbered(std::size_t n, std::size_t size, Count&& count,
+                       Allocate&& allocate, Write&& write) {
     std::vector<std::size_t> first(n_chunks(n, size));
     for_each_chunk(n, size, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
         first[chunk] = count(begin, end);
@@ -82,10 +83,10 @@ std::size_t for_each_numbered(std::size_t n, std::size_t size, Count&& count,
     std::size_t sum = 0;
     for (std::size_t& f : first)
         sum += std::exchange(f, sum);
+    allocate(sum);
     for_each_chunk(n, size, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
         write(first[chunk], begin, end);
     });
-    return sum;
 }
 
 /// Sets a flag that several threads may set.

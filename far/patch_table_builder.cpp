@@ -32,13 +32,9 @@ using detail::PointTerms;
 class PatchTableBuilder {
 public:
     PatchTableBuilder(Topology base, Features features, const PatchTableOptions& options)
-        : options_(options), refinement_(base, options.degree, features) {
-        table_.degree_ = options.degree;
-        table_.n_base_points_ = base.n_vertices();
-        table_.nodes_.assign(base.n_halfedges(), kInvalidIndex);
-        table_.features_ = with_border(base, std::move(features));
-        table_.base_ = std::move(base);
-    }
+        : options_(options),
+          table_(begin_table(base, std::move(features), options.degree)),
+          refinement_(std::move(base), options.degree, table_.features_) {}
 
     Result<PatchTable> build() {
         begin_base_level();
@@ -52,6 +48,8 @@ public:
             refine();
         }
         place_points();
+        if (odd())
+            table_.base_ = refinement_.release_topology(0);
         table_.n_levels_ = refinement_.n_levels();
         return std::move(table_);
     }
@@ -60,6 +58,18 @@ private:
     // The distance between irregular regions doubles at each level, and sharpness ends after
     // ten: what a sound mesh needs is far less.
     static constexpr int kMaxLevel = 40;
+
+    static PatchTable begin_table(const Topology& base, Features features, int degree) {
+        PatchTable table;
+        table.degree_ = degree;
+        table.n_base_points_ = base.n_vertices();
+        table.nodes_.assign(base.n_halfedges(), kInvalidIndex);
+        table.features_ = with_border(base, std::move(features));
+        // Odd degrees: as it is in the refinement, from which it comes in the end.
+        if (degree % 2 == 0)
+            table.base_ = base;
+        return table;
+    }
 
     const Topology& topology() const { return refinement_.topology(level_); }
     bool odd() const { return options_.degree % 2 == 1; }
@@ -159,13 +169,14 @@ private:
     Error not_isolated(Index cell) const {
         // The quarter whose quadtree the cell is in: from parent to parent.
         Index node = node_[cell];
-        while (node >= table_.base_.n_halfedges()) {
+        const Topology& base = refinement_.topology(0);
+        while (node >= base.n_halfedges()) {
             const auto parent = std::ranges::find_if(table_.nodes_, [&](Index first) {
                 return first <= node && node < first + 4;
             });
             node = static_cast<Index>(parent - table_.nodes_.begin());
         }
-        const Index face = table_.base_.face[node];
+        const Index face = base.face[node];
         return fail(
             ErrorCode::NotIsolated,
             fmt::format("the surroundings of face {} do not become regular", face), face);
@@ -392,7 +403,7 @@ private:
 
     /// Even degrees: a vertex' cell at level 0 may be a hole in part.
     bool is_hole_quarter(Index node) const {
-        return level_ == 0 && !table_.has_surface(table_.base_.face[node]);
+        return level_ == 0 && !table_.has_surface(topology().face[node]);
     }
 
     // ------------------------------------------------------------------ points
@@ -474,8 +485,8 @@ private:
     }
 
     const PatchTableOptions& options_;
-    Refinement refinement_;
     PatchTable table_;
+    Refinement refinement_;
     std::map<PatchClass, Index> class_index_;
 
     int level_ = 0;

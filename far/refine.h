@@ -125,6 +125,8 @@ public:
     const RefinedLevel& level(int i) const noexcept { return levels_[i]; }
     const Topology& topology(int i) const noexcept { return levels_[i].topology; }
     Index n_base_points() const noexcept { return n_base_points_; }
+    /// Hands out the topology of a level, which is empty from then on.
+    Topology release_topology(int i) noexcept { return std::move(levels_[i].topology); }
 
     void add_level();
     /// Refines a part of the last level.

@@ -3,8 +3,11 @@
 
 #include "far/topology.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
+
+#include "far/parallel.h"
 
 namespace osdx {
 
@@ -35,6 +38,24 @@ Topology build_topology(const Mesh& mesh) {
             t.twin[number[h.idx()]] = number[h.opp().idx()];
     }
     return t;
+}
+
+std::vector<Index> border_halfedges(const Topology& t) {
+    std::vector<Index> borders;
+    detail::for_each_numbered(
+        t.n_halfedges(), 8 * detail::kChunk,
+        [&](std::size_t begin, std::size_t end) {
+            return static_cast<std::size_t>(
+                std::count(t.twin.begin() + begin, t.twin.begin() + end, kInvalidIndex));
+        },
+        [&](std::size_t n) { borders.resize(n); },
+        [&](std::size_t next, std::size_t begin, std::size_t end) {
+            for (std::size_t h = begin; h < end && next < borders.size(); ++h) {
+                if (t.twin[h] == kInvalidIndex)
+                    borders[next++] = static_cast<Index>(h);
+            }
+        });
+    return borders;
 }
 
 MeshData to_mesh_data(const Topology& topology, std::vector<Vec3<double>> positions) {

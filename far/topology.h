@@ -97,6 +97,9 @@ Result<Topology> build_topology(const MeshData& data);
 /// Flattens a mesh that build_mesh made: the same as from its arrays.
 Topology build_topology(const Mesh& mesh);
 
+/// The halfedges at the border, in ascending order.
+std::vector<Index> border_halfedges(const Topology& topology);
+
 /// The faces of a topology with given positions, as arrays. A face's first vertex is that of
 /// its first halfedge.
 /// \pre positions.size() == topology.n_vertices()

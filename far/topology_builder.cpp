@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <vector>
@@ -95,6 +96,21 @@ Status check_faces(const MeshData& data, const Topology& t) {
     return face == kInvalidIndex ? ok() : check_face(data, face, vertices(face));
 }
 
+/// Each number becomes the sum of those up to it.
+void add_up(std::vector<Index>& numbers) {
+    detail::for_each_numbered(
+        numbers.size(), 8 * detail::kChunk,
+        [&](std::size_t begin, std::size_t end) {
+            return std::accumulate(numbers.begin() + begin, numbers.begin() + end,
+                                   std::size_t(0));
+        },
+        [](std::size_t) {},
+        [&](std::size_t sum, std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                numbers[i] = static_cast<Index>(sum += numbers[i]);
+        });
+}
+
 /// The halfedges by the vertex where they start, sorted by the vertex where they end.
 class Outgoing {
 public:
@@ -111,8 +127,7 @@ public:
             counter(t.vertex[h]).fetch_add(1, std::memory_order_relaxed);
         });
         // Where the halfedges of each vertex end, then, counting down, where they begin.
-        for (Index v = 0; v < t.n_vertices(); ++v)
-            offsets_[v + 1] += offsets_[v];
+        add_up(offsets_);
         detail::for_each_index(t.n_faces(), [&](Index f) {
             Index to = t.vertex[t.face_offsets[f]];
             for (Index h = t.face_offsets[f + 1]; h-- > t.face_offsets[f];) {
@@ -211,7 +226,7 @@ void link_twins(Topology& t, const Outgoing& outgoing) {
 void number_edges(Topology& t) {
     t.edge.resize(t.n_halfedges());
     const auto is_first = [&](std::size_t h) { return h < t.twin[h]; };
-    t.n_edges = static_cast<Index>(detail::for_each_numbered(
+    detail::for_each_numbered(
         t.n_halfedges(), detail::kChunk,
         [&](std::size_t begin, std::size_t end) {
             std::size_t n = 0;
@@ -219,6 +234,7 @@ void number_edges(Topology& t) {
                 n += is_first(h);
             return n;
         },
+        [&](std::size_t n) { t.n_edges = static_cast<Index>(n); },
         [&](std::size_t next, std::size_t begin, std::size_t end) {
             for (std::size_t h = begin; h < end; ++h) {
                 if (!is_first(h))
@@ -227,7 +243,7 @@ void number_edges(Topology& t) {
                 if (t.twin[h] != kInvalidIndex)
                     t.edge[t.twin[h]] = t.edge[h];
             }
-        }));
+        });
 }
 
 /// Names a halfedge for each vertex and checks that all others are in the same fan.
@@ -298,8 +314,8 @@ Result<Topology> build_topology(const MeshData& data) {
     Topology t;
     t.vertex = data.face_vertices;
     t.face_offsets.resize(data.face_sizes.size() + 1);
-    for (std::size_t f = 0; f < data.face_sizes.size(); ++f)
-        t.face_offsets[f + 1] = t.face_offsets[f] + data.face_sizes[f];
+    std::ranges::copy(data.face_sizes, t.face_offsets.begin() + 1);
+    add_up(t.face_offsets);
     if (const Status s = check_faces(data, t); !s)
         return s.error();
     if (const Status s = check_uvs(data); !s)
