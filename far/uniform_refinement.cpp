@@ -9,7 +9,7 @@
 #include <memory>
 #include <utility>
 
-#include "far/grid_kernels.h"
+#include "far/grid_steps.h"
 
 namespace osdx {
 namespace {

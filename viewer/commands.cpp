@@ -12,6 +12,7 @@
 #include <ostream>
 #include <set>
 
+#include "far/dual_refinement.h"
 #include "far/features.h"
 #include "far/refine.h"
 #include "far/uniform_refinement.h"
@@ -214,31 +215,49 @@ Result<RefinedTexture> refine_texture(const MeshData& data, const Topology& base
 
 /// The last level of a mesh with its tags.
 struct RefinedMesh {
-    Topology topology;
     MeshData data;
+    std::size_t n_border_edges;
 };
 
-RefinedMesh refine_mesh(const MeshData& data, Topology base, Features features,
+RefinedMesh refined_mesh(const Topology& topology, std::vector<Vec3<double>> points,
+                         const Features& features) {
+    RefinedMesh result = {
+        to_mesh_data(topology, std::move(points)),
+        static_cast<std::size_t>(std::ranges::count(topology.twin, kInvalidIndex))};
+    result.data.tags = to_tags(topology, features);
+    return result;
+}
+
+RefinedMesh refine_mesh(const MeshData& data, Topology base, const Features& features,
                         const CommandOptions& options) {
-    RefinedMesh result;
+    const std::span<const Vec3<double>> positions(data.positions);
     if (options.degree % 2 == 1) {
         const UniformRefinement refinement(std::move(base), options.degree,
                                            options.levels, features);
-        result.topology = to_topology(refinement.grids());
-        std::vector<Vec3<double>> points(result.topology.n_vertices());
-        refinement.points(std::span<const Vec3<double>>(data.positions),
-                          std::span(points));
-        result.data = to_mesh_data(result.topology, std::move(points));
-        result.data.tags = to_tags(result.topology, refinement.features());
+        std::vector<Vec3<double>> points(refinement.grids().n_vertices());
+        refinement.points(positions, std::span(points));
+        return refined_mesh(to_topology(refinement.grids()), std::move(points),
+                            refinement.features());
+    }
+    if (options.levels > 0 && DualRefinement::takes(features)) {
+        const DualRefinement refinement(std::move(base), options.degree, options.levels,
+                                        features);
+        RefinedMesh result;
+        result.data.positions.resize(refinement.n_vertices());
+        refinement.points(positions, std::span(result.data.positions));
+        result.data.face_sizes.resize(refinement.n_faces());
+        result.data.face_vertices.resize(refinement.n_halfedges());
+        refinement.faces(result.data.face_sizes, result.data.face_vertices);
+        result.n_border_edges = refinement.n_border_edges();
+        result.data.tags = to_tags(refinement.base(), refinement.features());
         return result;
     }
-    Refinement refinement(std::move(base), options.degree, std::move(features));
+    Refinement refinement(std::move(base), options.degree, features);
     for (int i = 0; i < options.levels; ++i)
         refinement.add_level();
     const RefinedLevel& last = refinement.level(options.levels);
-    result.topology = last.topology;
-    result.data = to_mesh_data(last.topology, refinement.points(data.positions));
-    result.data.tags = to_tags(last.topology, last.features);
+    RefinedMesh result =
+        refined_mesh(last.topology, refinement.points(data.positions), last.features);
     if (options.levels > 0)
         drop_unused_vertices(result.data);  // points of creases between the faces
     return result;
@@ -380,8 +399,8 @@ Status subdivide_command(const CommandOptions& options) {
             return in_file(refined.error(), options.input);
         texture = std::move(*refined);
     }
-    auto [topology, refined] =
-        refine_mesh(*data, std::move(base), std::move(*features), options);
+    auto [refined, n_border_edges] =
+        refine_mesh(*data, std::move(base), *features, options);
     if (texture) {
         refined.uvs = std::move(texture->uvs);
         refined.face_uvs = std::move(texture->face_uvs);
@@ -394,9 +413,11 @@ Status subdivide_command(const CommandOptions& options) {
     progress.stage("writing");
     if (const Status s = written(write_mesh(options.out, refined), options.out); !s)
         return s;
-    return write_report(options, {{"degree", options.degree},
-                                  {"levels", options.levels},
-                                  {"mesh", mesh_report(topology)}});
+    return write_report(
+        options, {{"degree", options.degree},
+                  {"levels", options.levels},
+                  {"mesh", mesh_report(refined.positions.size(),
+                                       refined.face_sizes.size(), n_border_edges)}});
 }
 
 Status tessellate_command(const CommandOptions& options) {

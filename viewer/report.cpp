@@ -147,10 +147,16 @@ std::string one_line(const Json& histogram) {
     return s.empty() ? "none" : s;
 }
 
+Json mesh_report(std::size_t n_vertices, std::size_t n_faces,
+                 std::size_t n_border_edges) {
+    return {
+        {"vertices", n_vertices}, {"faces", n_faces}, {"boundary_edges", n_border_edges}};
+}
+
 Json mesh_report(const Topology& t) {
-    return {{"vertices", t.n_vertices()},
-            {"faces", t.n_faces()},
-            {"boundary_edges", std::ranges::count(t.twin, kInvalidIndex)}};
+    return mesh_report(
+        t.n_vertices(), t.n_faces(),
+        static_cast<std::size_t>(std::ranges::count(t.twin, kInvalidIndex)));
 }
 
 Json mesh_details(const Topology& t) {

@@ -25,6 +25,7 @@ std::string one_line(const Json& histogram);
 
 /// {"vertices", "faces", "boundary_edges"}
 Json mesh_report(const Topology& topology);
+Json mesh_report(std::size_t n_vertices, std::size_t n_faces, std::size_t n_border_edges);
 
 /// The same with "edges", "closed", "boundary_loops", "components", "euler" (without the
 /// vertices that no face uses) and the histograms "valences" (of interior vertices),

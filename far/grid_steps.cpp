@@ -1,63 +1,18 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
-#include "far/grid_kernels.h"
-
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+#include "far/grid_steps.h"
 
 #include <algorithm>
 #include <cstddef>
-#include <cstring>
 #include <type_traits>
 #include <vector>
 
+#include "far/point_rows.h"
 #include "far/refine_step.h"
 
 namespace osdx::detail {
 namespace {
-
-/// Calls f(range) for parts of 0 .. n, each of `work` points an item.
-template <class F>
-void for_ranges(std::size_t n, std::size_t work, F&& f) {
-    constexpr std::size_t kPointsInTask = 1 << 14;
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(
-                          0, n, std::max<std::size_t>(1, kPointsInTask / work)),
-                      f);
-}
-
-/// out = (a + b)/2
-template <class T>
-void mean_row(const T* __restrict a, const T* __restrict b, T* __restrict out,
-              std::size_t n) {
-    for (std::size_t i = 0; i < n; ++i)
-        out[i] = T(0.5) * (a[i] + b[i]);
-}
-
-/// out = b_weight b + side_weight (a + c)
-template <class T>
-void three_rows(T side_weight, const T* __restrict a, T b_weight, const T* __restrict b,
-                const T* __restrict c, T* __restrict out, std::size_t n) {
-    for (std::size_t i = 0; i < n; ++i)
-        out[i] = b_weight * b[i] + side_weight * (a[i] + c[i]);
-}
-
-/// Points that lie a constant step apart.
-template <class T>
-struct Strided {
-    const T* first;
-    std::ptrdiff_t step;
-    const T* operator[](Index i) const { return first + std::ptrdiff_t(i) * step; }
-    Strided reversed(Index n) const {
-        return {first + (std::ptrdiff_t(n) - 1) * step, -step};
-    }
-};
-
-/// Of constant size, so that it is a few moves and no call.
-template <int C, class T>
-void copy_point(const T* from, T* to) {
-    std::memcpy(to, from, C * sizeof(T));
-}
 
 /// The grids of a level with their points.
 template <class T, int C>
@@ -144,26 +99,22 @@ public:
         T(0.125);  // weight of the rows beside; 1 - 2 kAcross its own
 
     explicit Refining(Index size)
-        : n_(C * std::size_t(size)), middles_(n_ + kSlack), vertices_(n_ + kSlack) {}
+        : n_(C * std::size_t(size)),
+          middles_(n_ + kRowSlack<C>),
+          vertices_(n_ + kRowSlack<C>) {}
 
     void operator()(const T* in, T* out) {
         mean_row(in, in + C, middles_.data(), n_);
         three_rows(T(0.25), middles_.data(), T(0.5), in + C, middles_.data() + C,
                    vertices_.data(), n_ - C);
-        // Whole vectors: what is too much is written over by the next point.
-        const T *m = middles_.data(), *v = vertices_.data();
-        for (std::size_t i = 0; i < n_ - C; i += C, out += 2 * C) {
-            std::memcpy(out, m + i, kCopied * sizeof(T));
-            std::memcpy(out + C, v + i, kCopied * sizeof(T));
-        }
-        std::memcpy(out, m + n_ - C, C * sizeof(T));
+        interleave<C>(middles_.data(), vertices_.data(), n_ - C, out);
+        copy_point<C>(middles_.data() + n_ - C, out + 2 * (n_ - C));
     }
     static SmoothWeights vertex_weights(double n) {
         return {(n - 1.75) / n, 1.5 / (n * n), 0.25 / (n * n)};
     }
 
 private:
-    static constexpr std::size_t kCopied = C == 3 ? 4 : C, kSlack = kCopied - C;
     std::size_t n_;
     std::vector<T> middles_, vertices_;
 };
