@@ -36,8 +36,7 @@ ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
         odd_ ? !none(level.features.edge_sharpness.size(),
                      [&](Index e) { return level.features.edge(e) >= kInfinitelySharp; })
              : !none(t.n_halfedges(), [&](Index h) { return is_cut(h); });
-    all_quads_ = level.face_kinds.empty() &&
-                 none(t.n_faces(), [&](Index f) { return t.face_size(f) != 4; });
+    all_quads_ = level.face_kinds.empty() && (t.quads_only || has_only_quads(t));
     const std::vector<std::uint8_t> special = special_vertices();
     std::vector<Fans> chunks(n_chunks(t.n_vertices()));
     for_each_chunk(t.n_vertices(), kChunk,
@@ -135,12 +134,15 @@ bool ControlMesh::is_quad(Index face) const noexcept {
 void ControlMesh::sort_fans(Index v, Fans& out) {
     const Topology& t = topology();
     settled_[v] = true;
-    const Index first = t.vertex_halfedge[v], n = t.valence(v);
+    int n = 0;
+    Index ring[4];
+    t.for_each_outgoing(v, [&](Index h) { ring[n++ & 3] = h; });
     if (n != 4) {
-        out.irregular.push_back({first, static_cast<int>(n), PatchBorder::None, true});
+        out.irregular.push_back({t.vertex_halfedge[v], n, PatchBorder::None, true});
         return;
     }
-    t.for_each_outgoing(v, [&](Index h) { fans_[h] = Fan::Inside; });
+    for (const Index h : ring)
+        fans_[h] = Fan::Inside;
     inner_[v] = is_inner(v);
 }
 
@@ -249,8 +251,8 @@ std::vector<std::uint8_t> ControlMesh::inner_cells() const {
 
 /// The n-th next halfedge of a quad.
 Index ControlMesh::step(Index h, Index n) const noexcept {
-    const Index first =
-        all_quads_ ? h & ~Index(3) : topology().face_offsets[topology().face[h]];
+    const Topology& t = topology();
+    const Index first = t.quads_only ? h & ~Index(3) : t.face_offsets[t.face[h]];
     return first + ((h - first + n) & 3);
 }
 

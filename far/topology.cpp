@@ -37,7 +37,14 @@ Topology build_topology(const Mesh& mesh) {
         if (number[h.idx()] != kInvalidIndex)
             t.twin[number[h.idx()]] = number[h.opp().idx()];
     }
+    t.quads_only = has_only_quads(t);
     return t;
+}
+
+bool has_only_quads(const Topology& t) {
+    return detail::first_index(t.n_faces(), [&](Index f) {
+               return t.face_size(f) != 4;
+           }) == kInvalidIndex;
 }
 
 std::vector<Index> border_halfedges(const Topology& t) {
@@ -73,6 +80,7 @@ Topology split(const Topology& t) {
     const Index first_face = first_edge + t.n_edges;
 
     Topology s;
+    s.quads_only = true;
     s.n_edges = 2 * t.n_edges + n;
     s.face_offsets.resize(n + 1);
     s.vertex.resize(4 * n);
@@ -185,6 +193,7 @@ Submesh submesh(const Topology& t, const std::vector<bool>& keep) {
     number(vertex, s.vertices);
     number(edge, s.edges);
     Topology& r = s.topology;
+    r.quads_only = t.quads_only;
     r.n_edges = static_cast<Index>(s.edges.size());
     r.vertex_halfedge.assign(s.vertices.size(), kInvalidIndex);
     for (Index k = 0; k < s.halfedges.size(); ++k) {

@@ -28,6 +28,9 @@ struct Topology {
     /// One that starts here, the border's at a border vertex; kInvalidIndex if unused.
     std::vector<Index> vertex_halfedge;
     Index n_edges = 0;
+    /// All faces are quads: then halfedge h is corner h modulo 4 of face h / 4, and walks about
+    /// vertices read `twin` alone, which is what large meshes wait for. May be false for quads.
+    bool quads_only = false;
 
     bool operator==(const Topology&) const = default;
 
@@ -41,10 +44,14 @@ struct Topology {
     }
 
     Index next(Index h) const noexcept {
+        if (quads_only)
+            return (h & ~Index(3)) | ((h + 1) & 3);
         const Index f = face[h];
         return h + 1 == face_offsets[f + 1] ? face_offsets[f] : h + 1;
     }
     Index prev(Index h) const noexcept {
+        if (quads_only)
+            return (h & ~Index(3)) | ((h + 3) & 3);
         const Index f = face[h];
         return h == face_offsets[f] ? face_offsets[f + 1] - 1 : h - 1;
     }
@@ -86,6 +93,9 @@ struct Topology {
         return n;
     }
 };
+
+/// What Topology::quads_only may be.
+bool has_only_quads(const Topology& topology);
 
 /// Checks the arrays and links them, with their numbering of vertices and faces: nothing is
 /// dropped, doubled or renumbered. A vertex that no face uses is kept. Meshes may be open;

@@ -248,24 +248,24 @@ void number_edges(Topology& t) {
 
 /// Names a halfedge for each vertex and checks that all others are in the same fan.
 Status link_vertices(const MeshData& data, Topology& t, const Outgoing& outgoing) {
-    detail::for_each_index(t.n_vertices(), [&](Index v) {
+    const Index bad = detail::first_index(t.n_vertices(), [&](Index v) {
+        const auto all = outgoing.of(v);
         Index first = kInvalidIndex;
         bool border = false;
-        for (const auto [to, h] : outgoing.of(v)) {
+        for (const auto [to, h] : all) {
             if (border == t.is_border(h) ? h < first : !border) {
                 first = h;
                 border = t.is_border(h);
             }
         }
         t.vertex_halfedge[v] = first;
+        return t.valence(v) != all.size();
     });
-    const Index v = detail::first_index(
-        t.n_vertices(), [&](Index i) { return t.valence(i) != outgoing.of(i).size(); });
-    if (v == kInvalidIndex)
+    if (bad == kInvalidIndex)
         return ok();
     return fail(ErrorCode::NonManifoldVertex,
-                fmt::format("vertex {} joins two separate fans of faces", v), v,
-                line_of(data.vertex_lines, v));
+                fmt::format("vertex {} joins two separate fans of faces", bad), bad,
+                line_of(data.vertex_lines, bad));
 }
 
 }  // namespace
@@ -320,6 +320,7 @@ Result<Topology> build_topology(const MeshData& data) {
         return s.error();
     if (const Status s = check_uvs(data); !s)
         return s.error();
+    t.quads_only = has_only_quads(t);
     t.face.resize(t.vertex.size());
     detail::for_each_index(t.n_faces(), [&](Index f) {
         std::fill(t.face.begin() + t.face_offsets[f],
