@@ -95,7 +95,7 @@ void measure_all(Suite& suite, const BenchMesh& mesh, const FloatSurface& surfac
     if (mesh.n_faces() <= kLargestForStencils &&
         suite.wants_any({"evaluate_grid_cached", "evaluate_grid_buffer"})) {
         places = grid_places(mesh.n_faces());
-        peers = opensubdiv_grid(mesh, places, 2, true);
+        peers = opensubdiv_grid(mesh, places, 2);
         std::ranges::move(embree_grid(mesh, places), std::back_inserter(peers));
         check_peers(suite, mesh, grid, peers, places, regular_faces(surface.surface),
                     false);

@@ -231,30 +231,48 @@ SampleWay evaluate_basis(std::shared_ptr<const Patches> patches, const MeshData&
 }  // namespace opensubdiv
 
 std::vector<SampleWay> opensubdiv_grid(const BenchMesh& mesh,
-                                       std::span<const Place> places, int threads,
-                                       bool limit_stencils) {
+                                       std::span<const Place> places, int threads) {
     using namespace opensubdiv;
-    const auto patches =
-        std::make_shared<const Patches>(mesh.data, kIsolation, Points::Stencils);
     std::vector<SampleWay> ways;
-    ways.push_back(eval_patches<Osd::CpuEvaluator>("Osd EvalPatches", patches, mesh.data,
-                                                   places, 1));
+    double patch_bytes, surface_bytes, table_bytes;
+    const auto add = [&](double shared_bytes, const auto& make) {
+        double bytes;
+        ways.push_back(measured(make, bytes));
+        ways.back().bytes = bytes + shared_bytes;
+    };
+    const auto patches = measured(
+        [&] {
+            return std::make_shared<const Patches>(mesh.data, kIsolation,
+                                                   Points::Stencils);
+        },
+        patch_bytes);
+    add(patch_bytes, [&] {
+        return eval_patches<Osd::CpuEvaluator>("Osd EvalPatches", patches, mesh.data,
+                                               places, 1);
+    });
     if (threads > 1) {
-        ways.push_back(eval_patches<Osd::OmpEvaluator>(
-            "Osd EvalPatches (OpenMP)", patches, mesh.data, places, threads));
+        add(patch_bytes, [&] {
+            return eval_patches<Osd::OmpEvaluator>("Osd EvalPatches (OpenMP)", patches,
+                                                   mesh.data, places, threads);
+        });
     }
-    const auto surfaces = std::make_shared<const BfrSurfaces>(mesh.data, places);
-    ways.push_back(bfr(surfaces, places));
-    if (limit_stencils) {
-        const LimitStencils table = make_limit_stencils(*patches, places);
-        ways.push_back(opensubdiv::limit_stencils<3, true>("limit stencils, 3 floats",
-                                                           table, mesh.data));
-        ways.push_back(opensubdiv::limit_stencils<4, true>("limit stencils, 4 floats",
-                                                           table, mesh.data));
-        ways.push_back(opensubdiv::limit_stencils<4, false>(
-            "limit stencils, 4 floats, 3 passes", table, mesh.data));
-        ways.push_back(bfr_stencils(surfaces, places));
-    }
+    const auto surfaces =
+        measured([&] { return std::make_shared<const BfrSurfaces>(mesh.data, places); },
+                 surface_bytes);
+    add(surface_bytes, [&] { return bfr(surfaces, places); });
+    add(surface_bytes, [&] { return bfr_stencils(surfaces, places); });
+    const LimitStencils table =
+        measured([&] { return make_limit_stencils(*patches, places); }, table_bytes);
+    add(table_bytes, [&] {
+        return limit_stencils<3, true>("limit stencils, 3 floats", table, mesh.data);
+    });
+    add(table_bytes, [&] {
+        return limit_stencils<4, true>("limit stencils, 4 floats", table, mesh.data);
+    });
+    add(table_bytes, [&] {
+        return limit_stencils<4, false>("limit stencils, 4 floats, 3 passes", table,
+                                        mesh.data);
+    });
     return ways;
 }
 
@@ -280,8 +298,7 @@ std::vector<SampleWay> opensubdiv_points(const BenchMesh& mesh,
 
 namespace osdx::bench {
 
-std::vector<SampleWay> opensubdiv_grid(const BenchMesh&, std::span<const Place>, int,
-                                       bool) {
+std::vector<SampleWay> opensubdiv_grid(const BenchMesh&, std::span<const Place>, int) {
     return {};
 }
 std::vector<SampleWay> opensubdiv_gregory_grid(const BenchMesh&, std::span<const Place>) {

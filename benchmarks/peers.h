@@ -19,11 +19,9 @@ namespace osdx::bench {
 /// meshes.
 inline constexpr int kIsolation = 3;
 
-/// Osd's evaluator of patches, limit stencils, Bfr: whatever lies under the places.
-/// \param limit_stencils  of all places: some 250 bytes for each
+/// Osd's evaluator of patches, limit stencils (some 250 bytes a place) and Bfr.
 std::vector<SampleWay> opensubdiv_grid(const BenchMesh& mesh,
-                                       std::span<const Place> places, int threads,
-                                       bool limit_stencils);
+                                       std::span<const Place> places, int threads);
 /// Osd's evaluator on one Gregory patch over each face, the others unrefined.
 std::vector<SampleWay> opensubdiv_gregory_grid(const BenchMesh& mesh,
                                                std::span<const Place> places);

@@ -10,53 +10,54 @@
 #include "benchmarks/ours.h"
 #include "benchmarks/peers.h"
 #include "benchmarks/stages.h"
+#include "far/dual_refinement.h"
 #include "far/features.h"
 #include "far/mesh.h"
-#include "far/refine.h"
 #include "far/uniform_refinement.h"
 
 namespace osdx::bench {
 namespace {
 
-/// From arrays, as the peers.
+enum class Connectivity { FaceVertices, Full };
+
 struct Refined {
     std::vector<Vec3<double>> points;
-    std::vector<Index> face_vertices;
+    std::vector<Index> face_sizes, face_vertices;
     Topology topology;
 };
 
-enum class Connectivity { FaceVertices, Full };
-
-Topology base_of(const MeshData& mesh) {
-    return build_topology(*build_mesh(mesh));
+template <class R>
+std::vector<Vec3<double>> refined_points(const R& refinement, Index n,
+                                         const MeshData& mesh) {
+    std::vector<Vec3<double>> points(n);
+    refinement.points(std::span(mesh.positions), std::span(points));
+    return points;
 }
 
-Features features_of(const MeshData& mesh, const Topology& base) {
-    return *build_features(mesh, base,
-                           {.ignore_tags = true, .boundary = BoundaryRule::EdgeOnly});
-}
-
+/// From arrays, as the peers.
+/// \pre the connectivity of even degrees is FaceVertices
 Refined refine(const MeshData& mesh, int degree, int levels, Connectivity connectivity) {
+    Topology base = build_topology(*build_mesh(mesh));
+    const Features features = *build_features(
+        mesh, base, {.ignore_tags = true, .boundary = BoundaryRule::EdgeOnly});
     Refined r;
-    Topology base = base_of(mesh);
-    const Features features = features_of(mesh, base);
-    if (degree % 2 == 1) {
-        const UniformRefinement refinement(std::move(base), degree, levels, features);
-        r.points.resize(refinement.grids().n_vertices());
-        refinement.points(std::span(mesh.positions), std::span(r.points));
-        if (connectivity == Connectivity::Full) {
-            r.topology = to_topology(refinement.grids());
-        } else {
-            r.face_vertices.resize(refinement.grids().n_halfedges());
-            face_vertices(refinement.grids(), r.face_vertices);
-        }
+    if (degree % 2 == 0) {
+        const DualRefinement refinement(std::move(base), degree, levels, features);
+        r.points = refined_points(refinement, refinement.n_vertices(), mesh);
+        r.face_sizes.resize(refinement.n_faces());
+        r.face_vertices.resize(refinement.n_halfedges());
+        refinement.faces(r.face_sizes, r.face_vertices);
         return r;
     }
-    Refinement refinement(std::move(base), degree, features);
-    for (int i = 0; i < levels; ++i)
-        refinement.add_level();
-    r.points = refinement.points(mesh.positions);
-    r.topology = refinement.topology(levels);
+    const UniformRefinement refinement(std::move(base), degree, levels, features);
+    const QuadGrids grids = refinement.grids();
+    r.points = refined_points(refinement, grids.n_vertices(), mesh);
+    if (connectivity == Connectivity::Full) {
+        r.topology = to_topology(grids);
+    } else {
+        r.face_vertices.resize(grids.n_halfedges());
+        face_vertices(grids, r.face_vertices);
+    }
     return r;
 }
 
@@ -72,7 +73,7 @@ void check(Suite& suite, const BenchMesh& mesh, std::span<const RefineWay> peers
            int levels) {
     const auto expected = refine(mesh.data, 3, levels, Connectivity::FaceVertices).points;
     const double size = diagonal(mesh.data);
-    const Topology base = base_of(mesh.data);
+    const Topology base = build_topology(*build_mesh(mesh.data));
     const bool has_border =
         std::ranges::find(base.twin, kInvalidIndex) != base.twin.end();
     for (const RefineWay& peer : peers) {
@@ -101,13 +102,10 @@ void subdivide_stage(Suite& suite, std::span<const BenchMesh> meshes) {
             const auto run = [&] {
                 return refine(mesh.data, degree, levels, connectivity);
             };
-            Way ours{kOurs,
-                     fmt::format("{} levels, {}", levels,
-                                 degree % 2 == 0 ? "Refinement"
-                                 : connectivity == Connectivity::Full
-                                     ? "UniformRefinement, full topology"
-                                     : "UniformRefinement, face vertices"),
-                     [run] { run(); }};
+            const char* with =
+                connectivity == Connectivity::Full ? "full topology" : "face vertices";
+            Way ours{kOurs, fmt::format("{} levels, {}", levels, with),
+                     [run] { (void)run(); }};
             const auto n_points = double(measured(run, ours.bytes).points.size());
             std::vector<Way> ways;
             for (const RefineWay& peer : peers)
@@ -122,20 +120,24 @@ void subdivide_stage(Suite& suite, std::span<const BenchMesh> meshes) {
             std::ranges::move(cgal_refine(mesh, n), std::back_inserter(ways));
             return ways;
         };
-        // Fewer levels, where there are too many points to look for.
-        const int checked = n_levels(mesh, 500'000);
-        if (mesh.n_faces() <= kLargestForPeers) {
+        // Larger meshes take fewer levels to the same size, by the same peers.
+        const bool beside_peers = mesh.n_faces() <= kLargestForStencils;
+        if (beside_peers) {
+            // Fewer levels, where there are too many points to look for.
+            const int checked = n_levels(mesh, 500'000);
             check(suite, mesh, opensubdiv_refine(mesh, checked, false), checked);
             check(suite, mesh, all_peers(checked), checked);
         }
         for (const int threads : {1, 2}) {
             measure(3, threads, Connectivity::FaceVertices,
-                    opensubdiv_refine(mesh, levels, false));
-            measure(3, threads, Connectivity::Full, all_peers(levels));
+                    beside_peers ? opensubdiv_refine(mesh, levels, false)
+                                 : std::vector<RefineWay>());
+            measure(3, threads, Connectivity::Full,
+                    beside_peers ? all_peers(levels) : std::vector<RefineWay>());
         }
         if (mesh.n_faces() < kSizes[0]) {
             for (const int degree : {2, 4, 5, 6, 7})
-                measure(degree, 1, Connectivity::Full, {});
+                measure(degree, 1, Connectivity::FaceVertices, {});
         }
     }
 }
