@@ -77,9 +77,9 @@ void measure_kind(Suite& suite, const char* stage, const BenchMesh& mesh,
             continue;
         const Grid grid(surface, i);
         const std::size_t n = grid.n_places();
-        if (n < kFewest)
-            continue;
         const auto places = class_places(surface.surface, i);
+        if (n < kFewest || places.empty())
+            continue;
         const auto peers = opensubdiv_gregory_grid(mesh, places);
         check_peers(suite, mesh, grid, peers, places, {}, true);
         suite.compare(make_case(stage, mesh, grid), grid.in_cache(),

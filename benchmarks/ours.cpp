@@ -160,7 +160,9 @@ std::vector<Place> class_places(const Surface& surface, Index patch_class) {
         if (table.patch(i).patch_class != patch_class)
             continue;
         for (const DomainPoint& p : points) {
-            const Known& k = known[i].at(static_cast<std::size_t>(p.sector));
+            if (known[i].empty() || known[i][p.sector].face == kInvalidIndex)
+                return {};
+            const Known& k = known[i][p.sector];
             const Vec2<double> d =
                 turn(Vec2<double>(p.a - k.at.a, p.b - k.at.b), -k.at.quarter_turns);
             places.push_back({k.face, static_cast<float>(k.uv.x + d.x / k.at.scale),

@@ -63,7 +63,7 @@ private:
 };
 
 /// The places of the grid on a class of patches; their (u, v) may be turned against those of
-/// the patch.
+/// the patch. Empty where some patch is too small to be found.
 std::vector<Place> class_places(const Surface& surface, Index patch_class);
 
 /// Points one by one, where patch and place in it are known.
