@@ -78,7 +78,7 @@ public:
     /// \pre sizes.size() == n_faces(); vertices.size() == n_halfedges()
     void faces(std::span<Index> sizes, std::span<Index> vertices) const;
 
-    /// The points of the last level. V is Vec2, Vec3 or Vec4 of float or double. While it runs
+    /// The points of the last level. V is Vec2 or Vec3 of float or double. While it runs
     /// it holds as many points again, a quarter of them at degree 2.
     /// \pre base.size() == n_base_points(); out.size() == n_vertices(); no overlap
     template <class V>

@@ -407,10 +407,8 @@ void smooth_grids(const QuadGrids& grids, const GridRules& rules, const T* in, T
     template void smooth_grids<T, C>(const QuadGrids&, const GridRules&, const T*, T*);
 OSDX_INSTANTIATE(float, 2)
 OSDX_INSTANTIATE(float, 3)
-OSDX_INSTANTIATE(float, 4)
 OSDX_INSTANTIATE(double, 2)
 OSDX_INSTANTIATE(double, 3)
-OSDX_INSTANTIATE(double, 4)
 #undef OSDX_INSTANTIATE
 
 }  // namespace osdx::detail

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <glm/vec4.hpp>
 #include <memory>
 #include <utility>
 
@@ -117,13 +116,9 @@ template void UniformRefinement::points(std::span<const Vec2<float>>,
                                         std::span<Vec2<float>>) const;
 template void UniformRefinement::points(std::span<const Vec3<float>>,
                                         std::span<Vec3<float>>) const;
-template void UniformRefinement::points(std::span<const glm::vec4>,
-                                        std::span<glm::vec4>) const;
 template void UniformRefinement::points(std::span<const Vec2<double>>,
                                         std::span<Vec2<double>>) const;
 template void UniformRefinement::points(std::span<const Vec3<double>>,
                                         std::span<Vec3<double>>) const;
-template void UniformRefinement::points(std::span<const glm::dvec4>,
-                                        std::span<glm::dvec4>) const;
 
 }  // namespace osdx

@@ -51,7 +51,7 @@ public:
         return grids().from_split(halfedge);
     }
 
-    /// The points of the last level by those numbers. V is Vec2, Vec3 or Vec4 of float or
+    /// The points of the last level by those numbers. V is Vec2 or Vec3 of float or
     /// double. While it runs it holds the points of the level above as well, for degrees from
     /// 5 on as many points again as those of the last.
     /// \pre base.size() == n_base_points(); out.size() == grids().n_vertices(); no overlap
