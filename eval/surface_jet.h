@@ -19,17 +19,24 @@ struct SurfaceJet {
     Vec3<T> duu{0}, duv{0}, dvv{0};
 };
 
+/// Unit normal u x v; zero where u and v are parallel to rounding.
+inline Vec3<double> unit_normal(const Vec3<double>& u, const Vec3<double>& v) noexcept {
+    constexpr double kSine = 1e-14;  // below it is rounding
+    const Vec3<double> n = glm::cross(u, v);
+    const double uu = glm::dot(u, u), vv = glm::dot(v, v), nn = glm::dot(n, n);
+    if (uu > 1e-50 && vv > 1e-50 && uu < 1e50 && vv < 1e50) [[likely]]
+        return nn > kSine * kSine * uu * vv ? n * (1 / std::sqrt(nn)) : Vec3<double>(0);
+    // Squares might underflow, of a tiny model's derivatives.
+    const double u_length = glm::length(u), v_length = glm::length(v);
+    if (!(u_length > 0 && v_length > 0))
+        return Vec3<double>(0);
+    return unit_normal(u / u_length, v / v_length);
+}
+
 /// Unit normal du x dv; zero where du and dv are parallel to rounding.
 template <class T>
 Vec3<T> normal(const SurfaceJet<T>& s) noexcept {
-    // In double and of unit vectors: the squares of a tiny model's derivatives underflow.
-    const Vec3<double> u(s.du), v(s.dv);
-    const double u_length = glm::length(u), v_length = glm::length(v);
-    if (!(u_length > 0 && v_length > 0))
-        return Vec3<T>(0);
-    const Vec3<double> n = glm::cross(u / u_length, v / v_length);
-    const double sine = glm::length(n);
-    return sine > 1e-14 ? Vec3<T>(n / sine) : Vec3<T>(0);  // below it is rounding
+    return Vec3<T>(unit_normal(Vec3<double>(s.du), Vec3<double>(s.dv)));
 }
 
 /// Mean and Gauss curvature; positive mean curvature bends towards the normal. Zero where

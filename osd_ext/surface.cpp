@@ -106,10 +106,7 @@ SurfaceFunction Surface::function(Chart chart) const {
 }
 
 Tessellation Surface::tessellate(int rate) const {
-    return osdx::tessellate(
-        base(), table_->features(), rate, [this](const QuarterPoint& p) {
-            return evaluator_->evaluate<double, 1>(points_, p, Chart::Native);
-        });
+    return osdx::tessellate(*evaluator_, points_, rate);
 }
 
 }  // namespace osdx

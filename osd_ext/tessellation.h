@@ -5,8 +5,10 @@
 
 #include <array>
 #include <functional>
+#include <span>
 #include <vector>
 
+#include "eval/evaluator.h"
 #include "eval/surface_jet.h"
 #include "far/address.h"
 #include "far/features.h"
@@ -59,6 +61,11 @@ using SurfaceFunction = std::function<SurfaceJet<double>(const QuarterPoint&)>;
 /// \pre rate >= 1
 Tessellation tessellate(const Topology& base, const Features& features, int rate,
                         const SurfaceFunction& surface);
+
+/// The same of the surface of a patch table, by GridEvaluator.
+/// \param points  all control points, evaluator.table().n_points() of them
+Tessellation tessellate(const Evaluator& evaluator, std::span<const Vec3<double>> points,
+                        int rate);
 
 /// The facets cut into triangles, a quad along the diagonal from its first corner: places in
 /// facet_points, facet_normals and facet_uvs.

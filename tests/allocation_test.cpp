@@ -3,12 +3,16 @@
 
 #include <gtest/gtest.h>
 
+#include <tbb/global_control.h>
+
 #include <atomic>
 #include <cstdlib>
+#include <functional>
 #include <new>
 
 #include "eval/generalised_bezier.h"
 #include "eval/gregory_basis.h"
+#include "eval/grid_evaluator.h"
 #include "osd_ext/surface.h"
 #include "tests/test_meshes.h"
 
@@ -16,17 +20,28 @@ namespace {
 std::atomic<long> n_allocations = 0;
 }
 
-// Every allocation of this program is counted; aligned ones do not occur in a query either.
-void* operator new(std::size_t size) {
+// Every allocation of this program is counted. Inlined, they look to the compiler as if new and
+// free were mixed.
+[[gnu::noinline]] void* operator new(std::size_t size) {
     ++n_allocations;
     if (void* p = std::malloc(size))
         return p;
     throw std::bad_alloc();
 }
-void operator delete(void* p) noexcept {
+[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t align) {
+    ++n_allocations;
+    const std::size_t a = static_cast<std::size_t>(align);
+    if (void* p = std::aligned_alloc(a, (size + a - 1) / a * a))
+        return p;
+    throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* p, std::align_val_t) noexcept {
     std::free(p);
 }
-void operator delete(void* p, std::size_t) noexcept {
+[[gnu::noinline]] void operator delete(void* p) noexcept {
+    std::free(p);
+}
+[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept {
     std::free(p);
 }
 
@@ -90,6 +105,30 @@ TEST(Queries, OfBezierAndGregoryPatchesDoNotAllocate) {
         }
         EXPECT_EQ(n_allocations, before) << "n " << n;
         EXPECT_TRUE(std::isfinite(sum));
+    }
+}
+
+// Scratch memory is that of the threads, whatever the number of faces.
+TEST(Queries, GridsAllocateForThreadsOnly) {
+    const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+    for (const Index n : {4u, 40u}) {
+        const auto s = Surface::build(pole(5, n));
+        ASSERT_TRUE(s) << s.error().message;
+        const GridEvaluator<double> grid(s->evaluator(), 4);
+        std::vector<double> values[3];
+        SampleBuffers<double> out;
+        for (int r = 0; r < 3; ++r) {
+            values[r].resize(3 * grid.n_samples());
+            out[r].data = values[r].data();
+        }
+        const std::function<void(const SampleBlock<double>&)> f = [](const auto&) {};
+        grid.evaluate(s->points(), out);  // starts the threads
+        const long before = n_allocations;
+        grid.evaluate(s->points(), out);
+        grid.for_each_block(s->points(), f);
+        // Three arrays each, and some for the threads' own.
+        EXPECT_LE(n_allocations, before + 16) << n;
+        EXPECT_GE(n_allocations, before + 3) << n;
     }
 }
 
