@@ -49,6 +49,8 @@ struct Features {
     /// TRI_SUB_SMOOTH).
     bool smooth_triangles = false;
 
+    bool operator==(const Features&) const = default;
+
     double edge(Index e) const noexcept {
         return edge_sharpness.empty() ? 0.0 : edge_sharpness[e];
     }

@@ -5,6 +5,8 @@
 
 #include <cassert>
 
+#include "far/parallel.h"
+
 namespace osdx {
 namespace {
 
@@ -69,6 +71,22 @@ PatchPoint PatchTable::locate(const QuarterPoint& point,
             (turns + at.turns) & 3,
             scale * at.size / extent};
 }
+
+template <class T>
+void PatchTable::refresh_channels(int n_channels, std::span<T> values) const {
+    for (std::size_t g = 0; g + 1 < row_groups_.size(); ++g) {
+        const Index first = row_groups_[g];
+        detail::for_each_chunk(row_groups_[g + 1] - first, detail::kChunk,
+                               [&](std::size_t, std::size_t begin, std::size_t end) {
+                                   refined_points_.extend(
+                                       n_base_points_, n_channels, values,
+                                       first + static_cast<Index>(begin),
+                                       first + static_cast<Index>(end));
+                               });
+    }
+}
+template void PatchTable::refresh_channels(int, std::span<float>) const;
+template void PatchTable::refresh_channels(int, std::span<double>) const;
 
 PatchPoint PatchTable::locate(const Address& address) const noexcept {
     return locate(to_quarter(base_, address));

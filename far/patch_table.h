@@ -58,6 +58,7 @@ struct PatchLeaf {
     std::int8_t x, y;   ///< origin of the cell's frame, in half-edges of the control mesh
     std::uint8_t size;  ///< of the cell, in half-edges: 1 or 2
     std::uint8_t turns;  ///< quarter turns of the cell's frame
+    bool operator==(const PatchLeaf&) const = default;
 };
 
 }  // namespace detail
@@ -75,6 +76,8 @@ struct PatchLeaf {
 /// Threads: const members may run at the same time.
 class PatchTable {
 public:
+    bool operator==(const PatchTable&) const = default;
+
     Index n_base_points() const noexcept { return n_base_points_; }
     Index n_points() const noexcept { return n_base_points_ + refined_points_.n_rows(); }
     Index n_patches() const noexcept { return static_cast<Index>(patches_.size()); }
@@ -95,17 +98,30 @@ public:
     /// Stencils of the points from n_base_points() on, each over the points before it.
     const StencilTable& refined_points() const noexcept { return refined_points_; }
 
-    /// The first n_base_points() of `points` are the base positions; fills the others.
+    /// Where groups of these begin, and the end: rows of a group read none of their own group,
+    /// so that they may be formed at the same time.
+    std::span<const Index> row_groups() const noexcept { return row_groups_; }
+
+    /// The first n_base_points() of `points` are the base positions; fills the others, on all
+    /// threads. T: float or double.
     /// \pre points.size() == n_points()
     template <class T>
-    void refresh_points(std::span<Vec3<T>> points) const noexcept {
+    void refresh_points(std::span<Vec3<T>> points) const {
         refresh_channels(3, std::span(&points.data()->x, 3 * points.size()));
     }
     /// The same for values of any number of channels, stored one point after the other.
     /// \pre values.size() == n_points() n_channels
     template <class T>
-    void refresh_channels(int n_channels, std::span<T> values) const noexcept {
-        refined_points_.extend(n_base_points_, n_channels, values);
+    void refresh_channels(int n_channels, std::span<T> values) const;
+    /// The same for some of the points alone, with the same result to the last bit.
+    /// \param which  in ascending order, from n_base_points() on
+    template <class T>
+    void refresh_channels(int n_channels, std::span<T> values,
+                          std::span<const Index> which) const noexcept {
+        for (const Index p : which) {
+            const Index row = p - n_base_points_;
+            refined_points_.extend(n_base_points_, n_channels, values, row, row + 1);
+        }
     }
 
     /// The patch under a point; addresses out of range are clamped (see to_quarter).
@@ -136,6 +152,7 @@ private:
     struct Record {
         Index class_and_level;  // the level in the lowest 8 bits
         Index first_point;
+        bool operator==(const Record&) const = default;
         Index patch_class() const noexcept { return class_and_level >> 8; }
         int level() const noexcept { return static_cast<int>(class_and_level & 255); }
     };
@@ -146,6 +163,7 @@ private:
     Topology base_;
     Features features_;
     StencilTable refined_points_;
+    std::vector<Index> row_groups_;
     std::vector<PatchClass> classes_;
     std::vector<Record> patches_;
     std::vector<Index> points_;  // of all patches, from first_point on

@@ -468,7 +468,11 @@ private:
                         : place[p];
             });
         }
+        // Mirror images come last: they read points of all levels, but no mirror images.
+        if (mirrored_rows_.n_rows() > 0)
+            chain.groups.push_back(chain.rows.n_rows());
         table_.refined_points_ = std::move(chain.rows);
+        table_.row_groups_ = std::move(chain.groups);
     }
 
     /// The control points of the patches of a level, on all threads.

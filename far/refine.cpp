@@ -8,6 +8,7 @@
 
 #include "far/parallel.h"
 #include "far/refine_step.h"
+#include "far/stencil_rows.h"
 
 namespace osdx {
 namespace detail {
@@ -24,6 +25,8 @@ StencilTable identity_stencils(Index n) {
 std::vector<bool> vertices_beside_gaps(const RefinedLevel& level) {
     const Topology& t = level.topology;
     std::vector<bool> result;
+    if (level.gap.empty())
+        return result;
     for (Index h = 0; h < t.n_halfedges(); ++h) {
         if (!t.is_border(h) || !level.is_gap(t.edge[h]))
             continue;
@@ -33,53 +36,46 @@ std::vector<bool> vertices_beside_gaps(const RefinedLevel& level) {
     return result;
 }
 
-StencilTable KnownRows::filter(StencilTable rows, const std::vector<bool>& unusable) {
-    if (known_.empty() && unusable.empty())
-        return rows;
-    StencilTable result;
-    std::vector<bool> known(rows.n_rows());
-    for (Index r = 0; r < rows.n_rows(); ++r) {
+StencilTable KnownRows::usable(const StencilTable& rows,
+                               const std::vector<bool>& unusable) {
+    std::vector<std::uint8_t> known(rows.n_rows());
+    StencilTable result = make_rows(rows.n_rows(), [&](Index r, StencilTable& table) {
         bool ok = unusable.empty() || !unusable[r];
-        for (std::size_t k = rows.offsets[r]; ok && k < rows.offsets[r + 1]; ++k)
+        const std::size_t begin = rows.offsets[r], end = rows.offsets[r + 1];
+        for (std::size_t k = begin; ok && k < end; ++k)
             ok = known_.empty() || known_[rows.indices[k]];
-        for (std::size_t k = rows.offsets[r]; ok && k < rows.offsets[r + 1]; ++k)
-            result.add(rows.indices[k], rows.weights[k]);
-        result.end_row();
+        for (std::size_t k = begin; ok && k < end; ++k)
+            table.add(rows.indices[k], rows.weights[k]);
         known[r] = ok;
-    }
-    known_ = std::move(known);
+    });
+    known_.assign(known.begin(), known.end());
     return result;
 }
 
 }  // namespace detail
 
-namespace {
-
-/// Appends a row per face: the centroid of its vertices.
-void add_face_centroids(const Topology& t, StencilTable& s) {
-    for (Index f = 0; f < t.n_faces(); ++f) {
-        const double w = 1.0 / t.face_size(f);
-        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
-            s.add(t.vertex[h], w);
-        s.end_row();
-    }
-}
-
-}  // namespace
-
-/// Rows of split(t): vertices stay, edges and faces take the middle.
 StencilTable split_stencils(const Topology& t) {
-    StencilTable s = detail::identity_stencils(t.n_vertices());
+    // Vertices stay, edges and faces take the middle.
+    const Index first_edge = t.n_vertices(), first_face = first_edge + t.n_edges;
     std::vector<Index> halfedge(t.n_edges);
-    for (Index h = 0; h < t.n_halfedges(); ++h)
-        halfedge[t.edge[h]] = h;
-    for (const Index h : halfedge) {
-        s.add(t.vertex[h], 0.5);
-        s.add(t.to_vertex(h), 0.5);
-        s.end_row();
-    }
-    add_face_centroids(t, s);
-    return s;
+    detail::for_each_index(t.n_halfedges(), [&](Index h) {
+        if (t.is_border(h) || h > t.twin[h])
+            halfedge[t.edge[h]] = h;
+    });
+    return detail::make_rows(first_face + t.n_faces(), [&](Index r, StencilTable& s) {
+        if (r < first_edge) {
+            s.add(r, 1.0);
+        } else if (r < first_face) {
+            const Index h = halfedge[r - first_edge];
+            s.add(t.vertex[h], 0.5);
+            s.add(t.to_vertex(h), 0.5);
+        } else {
+            const Index f = r - first_face;
+            const double w = 1.0 / t.face_size(f);
+            for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
+                s.add(t.vertex[h], w);
+        }
+    });
 }
 
 namespace {
@@ -256,15 +252,50 @@ Refinement::Chain Refinement::chain(std::vector<std::vector<std::uint8_t>> wante
     for (std::size_t l = 1; l < levels_.size(); ++l) {
         for (std::size_t f = 0; f < levels_[l].factors.size(); ++f) {
             const StencilTable& factor = levels_[l].factors[f];
+            const std::vector<std::uint8_t>& rows = needed[l][f];
             std::vector<Index> next(factor.n_rows(), kInvalidIndex);
-            for (Index r = 0; r < factor.n_rows(); ++r) {
-                if (!needed[l][f][r])
-                    continue;
-                next[r] = n_base + chain.rows.n_rows();
-                for (std::size_t k = factor.offsets[r]; k < factor.offsets[r + 1]; ++k)
-                    chain.rows.add(place[factor.indices[k]], factor.weights[k]);
-                chain.rows.end_row();
+            // Their number first, then their places and weights.
+            struct Size {
+                Index n_rows = 0;
+                std::size_t n_weights = 0;
+            };
+            std::vector<Size> first(detail::n_chunks(factor.n_rows()) + 1);
+            detail::for_each_chunk(
+                factor.n_rows(), detail::kChunk,
+                [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                    for (std::size_t r = begin; r < end; ++r) {
+                        if (!rows[r])
+                            continue;
+                        ++first[chunk + 1].n_rows;
+                        first[chunk + 1].n_weights +=
+                            factor.offsets[r + 1] - factor.offsets[r];
+                    }
+                });
+            first[0] = {chain.rows.n_rows(), chain.rows.indices.size()};
+            for (std::size_t chunk = 1; chunk < first.size(); ++chunk) {
+                first[chunk].n_rows += first[chunk - 1].n_rows;
+                first[chunk].n_weights += first[chunk - 1].n_weights;
             }
+            chain.rows.offsets.resize(first.back().n_rows + std::size_t(1));
+            chain.rows.indices.resize(first.back().n_weights);
+            chain.rows.weights.resize(first.back().n_weights);
+            detail::for_each_chunk(
+                factor.n_rows(), detail::kChunk,
+                [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                    auto [row, weight] = first[chunk];
+                    for (std::size_t r = begin; r < end; ++r) {
+                        if (!rows[r])
+                            continue;
+                        next[r] = n_base + row;
+                        for (std::size_t k = factor.offsets[r]; k < factor.offsets[r + 1];
+                             ++k, ++weight) {
+                            chain.rows.indices[weight] = place[factor.indices[k]];
+                            chain.rows.weights[weight] = factor.weights[k];
+                        }
+                        chain.rows.offsets[++row] = weight;
+                    }
+                });
+            chain.groups.push_back(chain.rows.n_rows());
             place = std::move(next);
         }
         chain.place.push_back(place);

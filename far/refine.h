@@ -150,6 +150,8 @@ public:
     /// before it: an array that starts with the base points is extended row by row.
     struct Chain {
         StencilTable rows;
+        /// Where groups of rows begin, and the end; rows of a group read none of it.
+        std::vector<Index> groups{0};
         /// By level and vertex: the place in the array; kInvalidIndex where it has none.
         std::vector<std::vector<Index>> place;
     };

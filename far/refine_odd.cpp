@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "far/refine_step.h"
+#include "far/stencil_rows.h"
 
 namespace osdx::detail {
 namespace {
@@ -29,10 +30,17 @@ Features child_features(const Topology& t, const Features& f) {
         return child;
 
     child.edge_sharpness.assign(2 * t.n_edges + t.n_halfedges(), 0.0);
+    if (f.creases == CreaseMethod::Uniform) {
+        for_each_index(t.n_edges, [&](Index e) {
+            child.edge_sharpness[2 * e] = child.edge_sharpness[2 * e + 1] =
+                lower(f.edge(e));
+        });
+        return child;
+    }
     std::vector<Index> first_vertex(t.n_edges);  // where half 2 e of edge e starts
     for (Index h = t.n_halfedges(); h-- > 0;)
         first_vertex[t.edge[h]] = t.vertex[h];
-    for (Index v = 0; v < t.n_vertices(); ++v) {
+    for_each_index(t.n_vertices(), [&](Index v) {
         double sum = 0;
         int n_semi_sharp = 0;
         t.for_each_edge(v, [&](Index e, Index) {
@@ -43,12 +51,11 @@ Features child_features(const Topology& t, const Features& f) {
         });
         t.for_each_edge(v, [&](Index e, Index) {
             double s = f.edge(e);
-            if (f.creases == CreaseMethod::Chaikin && s > 0 && s < kInfinitelySharp &&
-                n_semi_sharp > 1)
+            if (s > 0 && s < kInfinitelySharp && n_semi_sharp > 1)
                 s = 0.75 * s + 0.25 * (sum - s) / (n_semi_sharp - 1);
             child.edge_sharpness[2 * e + (v == first_vertex[e] ? 0 : 1)] = lower(s);
         });
-    }
+    });
     return child;
 }
 
@@ -65,12 +72,9 @@ public:
         : mesh_(mesh), features_(features), quads_(quads), child_(child) {}
 
     StencilTable rows(bool right_after_split) const {
-        StencilTable s;
-        for (Index v = 0; v < quads_.n_vertices(); ++v) {
+        return make_rows(quads_.n_vertices(), [&](Index v, StencilTable& s) {
             add_row(v, right_after_split, s);
-            s.end_row();
-        }
-        return s;
+        });
     }
 
 private:
@@ -82,6 +86,10 @@ private:
     }
 
     void add_row(Index v, bool right_after_split, StencilTable& s) const {
+        if (features_.edge_sharpness.empty() && features_.vertex_sharpness.empty()) {
+            return add_rule(VertexRule::Smooth, v, 1, right_after_split, s,
+                            [](Index) { return false; });
+        }
         std::size_t n_before = 0, n_after = 0;
         EndOfSharpness end;
         quads_.for_each_edge(v, [&](Index e, Index) {

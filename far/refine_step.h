@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "far/refine.h"
@@ -73,11 +74,18 @@ public:
     explicit KnownRows(std::vector<bool> inputs) : known_(std::move(inputs)) {}
 
     /// The rows, but empty where an input is unknown or `unusable` says so.
-    StencilTable filter(StencilTable rows, const std::vector<bool>& unusable);
+    template <class Rows>
+    StencilTable filter(Rows&& rows, const std::vector<bool>& unusable) {
+        if (known_.empty() && unusable.empty())
+            return std::forward<Rows>(rows);
+        return usable(rows, unusable);
+    }
     /// Empty: all are known.
     std::vector<bool> take() { return std::move(known_); }
 
 private:
+    StencilTable usable(const StencilTable& rows, const std::vector<bool>& unusable);
+
     std::vector<bool> known_;
 };
 

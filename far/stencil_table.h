@@ -21,6 +21,8 @@ struct StencilTable {
     std::vector<Index> indices;
     std::vector<double> weights;
 
+    bool operator==(const StencilTable&) const = default;
+
     Index n_rows() const noexcept { return static_cast<Index>(offsets.size() - 1); }
 
     void add(Index index, double weight) {
@@ -44,15 +46,46 @@ struct StencilTable {
 
     /// The rows extend an array: row r reads what stands before values[first + r] and writes
     /// there. For values of any number of channels, stored one after the other.
+    /// \param begin, end  of the rows to be formed; those before are there already
     /// \pre values.size() == (first + n_rows()) n_channels
     template <class T>
-    void extend(Index first, int n_channels, std::span<T> values) const noexcept {
+    void extend(Index first, int n_channels, std::span<T> values, Index begin,
+                Index end) const noexcept {
         assert(values.size() == std::size_t(first + n_rows()) * n_channels);
-        for (Index r = 0; r < n_rows(); ++r) {
-            T* out = values.data() + std::size_t(first + r) * n_channels;
+        if (n_channels == 3)
+            extend_fixed<3>(first, values.data(), begin, end);
+        else if (n_channels == 2)
+            extend_fixed<2>(first, values.data(), begin, end);
+        else
+            extend_any(first, n_channels, values.data(), begin, end);
+    }
+    template <class T>
+    void extend(Index first, int n_channels, std::span<T> values) const noexcept {
+        extend(first, n_channels, values, 0, n_rows());
+    }
+
+private:
+    template <int N, class T>
+    void extend_fixed(Index first, T* values, Index begin, Index end) const noexcept {
+        for (Index r = begin; r < end; ++r) {
+            T sum[N] = {};
+            for (std::size_t k = offsets[r]; k < offsets[r + 1]; ++k) {
+                const T* in = values + std::size_t(indices[k]) * N;
+                const T w = T(weights[k]);
+                for (int c = 0; c < N; ++c)
+                    sum[c] += w * in[c];
+            }
+            std::copy_n(sum, N, values + std::size_t(first + r) * N);
+        }
+    }
+    template <class T>
+    void extend_any(Index first, int n_channels, T* values, Index begin,
+                    Index end) const noexcept {
+        for (Index r = begin; r < end; ++r) {
+            T* out = values + std::size_t(first + r) * n_channels;
             std::fill_n(out, n_channels, T(0));
             for (std::size_t k = offsets[r]; k < offsets[r + 1]; ++k) {
-                const T* in = values.data() + std::size_t(indices[k]) * n_channels;
+                const T* in = values + std::size_t(indices[k]) * n_channels;
                 for (int c = 0; c < n_channels; ++c)
                     out[c] += T(weights[k]) * in[c];
             }

@@ -93,7 +93,7 @@ Topology split(const Topology& t) {
     // first half.
     const auto half = [&](Index h) { return 2 * t.edge[h] + (h < t.twin[h] ? 0 : 1); };
     const auto other_half = [&](Index h) { return half(h) ^ 1; };
-    for (Index h = 0; h < n; ++h) {
+    detail::for_each_index(n, [&](Index h) {
         const Index p = t.prev(h);
         const Index q = 4 * h;
         s.face_offsets[h + 1] = q + 4;
@@ -110,13 +110,23 @@ Topology split(const Topology& t) {
         s.edge[q + 1] = 2 * t.n_edges + h;
         s.edge[q + 2] = 2 * t.n_edges + p;
         s.edge[q + 3] = other_half(p);
-        for (Index k = 0; k < 4; ++k) {
+        for (Index k = 0; k < 4; ++k)
             s.face[q + k] = h;
-            Index& out = s.vertex_halfedge[s.vertex[q + k]];
-            if (out == kInvalidIndex || s.is_border(q + k))
-                out = q + k;
-        }
-    }
+        // The border's or the lowest halfedge at the middle of the edge that leaves h.
+        const Index next = 4 * t.next(h) + 3;
+        Index& out = s.vertex_halfedge[first_edge + t.edge[h]];
+        if (t.is_border(h))
+            out = next;
+        else if (h < t.twin[h])
+            out = std::min({q + 1, next, 4 * t.next(t.twin[h]) + 3});
+    });
+    detail::for_each_index(t.n_vertices(), [&](Index v) {
+        const Index h = t.vertex_halfedge[v];
+        s.vertex_halfedge[v] = h == kInvalidIndex ? kInvalidIndex : 4 * h;
+    });
+    detail::for_each_index(t.n_faces(), [&](Index f) {
+        s.vertex_halfedge[first_face + f] = 4 * t.face_offsets[f] + 2;
+    });
     return s;
 }
 

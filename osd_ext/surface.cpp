@@ -10,6 +10,7 @@
 #include <map>
 
 #include "far/features.h"
+#include "far/parallel.h"
 
 namespace osdx {
 
@@ -47,12 +48,35 @@ Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& optio
     s.points_.resize(s.table_->n_points());
     std::ranges::copy(data.positions, s.points_.begin());
     s.table_->refresh_points<double>(s.points_);
-    for (Index v = 0; v < s.base().n_vertices(); ++v) {
+    for (Index v = detail::first_index(
+             s.base().n_vertices(),
+             [&](Index i) { return s.base().vertex_halfedge[i] == kInvalidIndex; });
+         v < s.base().n_vertices(); ++v) {
         if (s.base().vertex_halfedge[v] == kInvalidIndex)
             s.unused_vertices_.push_back(v);
     }
     return s;
 }
+
+namespace {
+
+/// \param vertex  of position i
+template <class Vertex>
+Status check_positions(std::span<const Vec3<double>> positions, Vertex&& vertex) {
+    const Index i = detail::first_index(positions.size(), [&](Index k) {
+        const auto& p = positions[k];
+        return !std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z);
+    });
+    if (i == kInvalidIndex)
+        return ok();
+    const auto& p = positions[i];
+    return fail(
+        ErrorCode::NonFinitePoint,
+        fmt::format("vertex {} has the position ({}, {}, {})", vertex(i), p.x, p.y, p.z),
+        vertex(i));
+}
+
+}  // namespace
 
 Status Surface::set_positions(std::span<const Vec3<double>> positions) {
     if (positions.size() != base().n_vertices()) {
@@ -60,18 +84,39 @@ Status Surface::set_positions(std::span<const Vec3<double>> positions) {
                     fmt::format("{} positions were given for {} vertices",
                                 positions.size(), base().n_vertices()));
     }
-    for (Index v = 0; v < positions.size(); ++v) {
-        const auto& p = positions[v];
-        if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
-            return fail(
-                ErrorCode::NonFinitePoint,
-                fmt::format("vertex {} has the position ({}, {}, {})", v, p.x, p.y, p.z),
-                v);
-        }
-    }
-    std::ranges::copy(positions, points_.begin());
+    if (const Status s = check_positions(positions, [](Index v) { return v; }); !s)
+        return s;
+    detail::for_each_index(positions.size(), [&](Index v) { points_[v] = positions[v]; });
     table_->refresh_points<double>(points_);
     return ok();
+}
+
+Result<Change> Surface::move_vertices(std::span<const Index> vertices,
+                                      std::span<const Vec3<double>> positions) {
+    if (positions.size() != vertices.size()) {
+        return fail(ErrorCode::SizeMismatch,
+                    fmt::format("{} positions were given for {} vertices",
+                                positions.size(), vertices.size()));
+    }
+    for (const Index v : vertices) {
+        if (v >= base().n_vertices()) {
+            return fail(ErrorCode::IndexOutOfRange,
+                        fmt::format("vertex {} was to be moved, but the mesh has {}", v,
+                                    base().n_vertices()),
+                        v);
+        }
+    }
+    if (const Status s = check_positions(positions, [&](Index i) { return vertices[i]; });
+        !s)
+        return s.error();
+    if (!dependents_)
+        dependents_ = std::make_unique<const Dependents>(*table_);
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+        points_[vertices[i]] = positions[i];
+    Change change = dependents_->of(vertices);
+    table_->refresh_channels(3, std::span(&points_.data()->x, 3 * points_.size()),
+                             change.points);
+    return change;
 }
 
 void Surface::add_base_weights(const Address& where, int r, double scale,

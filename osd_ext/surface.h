@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "eval/evaluator.h"
+#include "far/dependents.h"
 #include "far/features.h"
 #include "far/mesh.h"
 #include "far/patch_table.h"
@@ -65,6 +66,14 @@ public:
     /// \return SizeMismatch or NonFinitePoint; then nothing has changed.
     Status set_positions(std::span<const Vec3<double>> positions);
 
+    /// New positions for some vertices, for the price of what depends on them. The result is
+    /// that of set_positions() to the last bit. The first call makes the tables for it, in
+    /// linear time; see Dependents.
+    /// \return what has changed; SizeMismatch, IndexOutOfRange or NonFinitePoint, and then
+    ///         nothing has
+    Result<Change> move_vertices(std::span<const Index> vertices,
+                                 std::span<const Vec3<double>> positions);
+
     /// Position and derivatives at a point of a base face.
     /// \pre where.face < base().n_faces()
     SurfaceJet<double> evaluate(const Address& where,
@@ -92,6 +101,7 @@ private:
 
     std::unique_ptr<const PatchTable> table_;  // stays put: the evaluator refers to it
     std::unique_ptr<const Evaluator> evaluator_;
+    std::unique_ptr<const Dependents> dependents_;  // from the first use on
     std::vector<Vec3<double>> points_;
     std::vector<Index> unused_vertices_;
 };
