@@ -23,6 +23,7 @@ void evaluate_grid_stage(Suite& suite, std::span<const BenchMesh> meshes);
 /// evaluate_point_regular, evaluate_point_ev5
 void evaluate_points_stage(Suite& suite, std::span<const BenchMesh> meshes);
 void build_stage(Suite& suite, std::span<const BenchMesh> meshes);
+/// update, update_local
 void update_stage(Suite& suite, std::span<const BenchMesh> meshes);
 void subdivide_stage(Suite& suite, std::span<const BenchMesh> meshes);
 void tessellate_stage(Suite& suite, std::span<const BenchMesh> meshes);

@@ -3,15 +3,34 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
+#include <numeric>
 
 #include "benchmarks/ours.h"
 #include "benchmarks/peers.h"
 #include "benchmarks/stages.h"
 
 namespace osdx::bench {
+namespace {
+
+/// A few neighbours move, against all vertices anew: both by the facade, in double.
+void measure_local(Suite& suite, const BenchMesh& mesh, Surface& surface) {
+    constexpr Index kMoved = 16;
+    const Index n = std::min(kMoved, mesh.n_vertices());
+    std::vector<Index> vertices(n);
+    std::iota(vertices.begin(), vertices.end(), Index(0));
+    const std::span<const Vec3<double>> positions(mesh.data.positions);
+    const auto move = [&] { (void)surface.move_vertices(vertices, positions.first(n)); };
+    const auto set = [&] { (void)surface.set_positions(positions); };
+    move();  // makes its tables
+    suite.compare({"update_local", mesh.name, mesh.n_faces(), 3, 1, 1, "updates"},
+                  {kOurs, "move_vertices, 16 of them", move},
+                  std::vector<Way>{{kOurs, "set_positions", set}});
+}
+
+}  // namespace
 
 void update_stage(Suite& suite, std::span<const BenchMesh> meshes) {
-    if (!suite.wants("update"))
+    if (!suite.wants_any({"update", "update_local"}))
         return;
     for (const BenchMesh& mesh : meshes) {
         FloatSurface surface = make_surface(mesh, surface_options(3));
@@ -52,6 +71,7 @@ void update_stage(Suite& suite, std::span<const BenchMesh> meshes) {
                            double(mesh.n_faces()), "faces"},
                           ours, ways);
         }
+        measure_local(suite, mesh, surface.surface);
     }
 }
 
