@@ -228,6 +228,10 @@ private:
               odd(n_in + detail::kRowSlack<C>),
               even(n_in + detail::kRowSlack<C>),
               rows(3 * n_out) {}
+        detail::EndedRow<T> whole_row() const {
+            return {row.data(), row.data() + C, row.data() + C + n_in};
+        }
+
         std::size_t n_in, n_out;
         std::vector<T> row;          // with a point more at each end
         std::vector<T> left, right;  // beyond the ends of all rows
@@ -281,16 +285,20 @@ private:
             face_centres_[C * std::size_t(f) + c] = sum[c] / T(t_.face_size(f));
     }
 
-    /// From size points with one more at each end.
-    void refine_row(Room& room, T* out) const {
-        const T* x = room.row.data();
+    /// From size points inside a row.
+    void refine_row(const detail::EndedRow<T>& row, Room& room, T* out) const {
         if (!kRefines) {
-            detail::three_rows(T(0.25), x, T(0.5), x + C, x + 2 * C, out, room.n_in);
+            detail::three_along<C>(T(0.25), T(0.5), row, in_.size, out);
             return;
         }
-        detail::nearer_row(x + C, x, room.even.data(), room.n_in);
-        detail::nearer_row(x + C, x + 2 * C, room.odd.data(), room.n_in);
-        detail::interleave<C>(room.even.data(), room.odd.data(), room.n_in, out);
+        const T* in = row.inside;
+        T *even = room.even.data(), *odd = room.odd.data();
+        const std::size_t last = room.n_in - C;
+        detail::nearer_row(in, row.first, even, C);
+        detail::nearer_row(in + C, in, even + C, last);
+        detail::nearer_row(in, in + C, odd, last);
+        detail::nearer_row(in + last, row.last, odd + last, C);
+        detail::interleave<C>(even, odd, room.n_in, out);
     }
 
     /// The rows below and above a quarter, and the points beyond its other sides.
@@ -314,18 +322,18 @@ private:
         T *below = room.rows.data(), *middle = below + room.n_out,
           *above = middle + room.n_out;
         T* out = out_.cells(h);
-        T* row = room.row.data();
         for (Index j = 0; j < s + 2; ++j) {
             if (j == 0) {
                 row_below(h, room);
+                refine_row(room.whole_row(), room, above);
             } else if (j <= s) {
-                detail::copy_point<C>(at(room.left, j - 1), row);
-                std::copy_n(own + column * (j - 1), room.n_in, row + C);
-                detail::copy_point<C>(at(room.right, j - 1), row + C + room.n_in);
+                refine_row(
+                    {at(room.left, j - 1), own + column * (j - 1), at(room.right, j - 1)},
+                    room, above);
             } else {
                 row_above(h, prev, room);
+                refine_row(room.whole_row(), room, above);
             }
-            refine_row(room, above);
             // Two rows between this and the last, nearer to each, but none outside.
             const auto add = [&](const T* near, const T* far) {
                 detail::nearer_row(near, far, out, room.n_out);
@@ -400,7 +408,7 @@ private:
         mirror(points, vertex_centres_.data() + C * std::size_t(v), row);
         std::copy_n(points, room.n_in, row + C);
         detail::copy_point<C>(in_.curve(b, !second) + room.n_in - C, row + C + room.n_in);
-        refine_row(room, out_.curve(b, second));
+        refine_row(room.whole_row(), room, out_.curve(b, second));
     }
 
     const DualRefinement& r_;

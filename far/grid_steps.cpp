@@ -99,23 +99,27 @@ public:
         T(0.125);  // weight of the rows beside; 1 - 2 kAcross its own
 
     explicit Refining(Index size)
-        : n_(C * std::size_t(size)),
-          middles_(n_ + kRowSlack<C>),
-          vertices_(n_ + kRowSlack<C>) {}
+        : n_inner_(size - 1),
+          middles_(C * std::size_t(size) + kRowSlack<C>),
+          vertices_(C * std::size_t(size) + kRowSlack<C>) {}
 
-    void operator()(const T* in, T* out) {
-        mean_row(in, in + C, middles_.data(), n_);
-        three_rows(T(0.25), middles_.data(), T(0.5), in + C, middles_.data() + C,
-                   vertices_.data(), n_ - C);
-        interleave<C>(middles_.data(), vertices_.data(), n_ - C, out);
-        copy_point<C>(middles_.data() + n_ - C, out + 2 * (n_ - C));
+    void operator()(const EndedRow<T>& row, T* out) {
+        const std::size_t n = C * n_inner_;
+        const T* in = row.inside;
+        T* middles = middles_.data();
+        mean_row(row.first, in, middles, C);
+        mean_row(in, in + C, middles + C, n - C);
+        mean_row(in + n - C, row.last, middles + n, C);
+        three_along<C>(T(0.125), T(0.75), row, n_inner_, vertices_.data());
+        interleave<C>(middles, vertices_.data(), n, out);
+        copy_point<C>(middles + n, out + 2 * n);
     }
     static SmoothWeights vertex_weights(double n) {
         return {(n - 1.75) / n, 1.5 / (n * n), 0.25 / (n * n)};
     }
 
 private:
-    std::size_t n_;
+    std::size_t n_inner_;
     std::vector<T> middles_, vertices_;
 };
 
@@ -126,15 +130,15 @@ public:
     static constexpr bool kRefines = false;
     static constexpr T kAcross = T(0.25);
 
-    explicit Smoothing(Index size) : n_(C * (std::size_t(size) - 1)) {}
+    explicit Smoothing(Index size) : n_inner_(size - 1) {}
 
-    void operator()(const T* in, T* out) {
-        three_rows(T(0.25), in, T(0.5), in + C, in + 2 * C, out, n_);
+    void operator()(const EndedRow<T>& row, T* out) {
+        three_along<C>(T(0.25), T(0.5), row, n_inner_, out);
     }
     static SmoothWeights vertex_weights(double n) { return smooth_weights(n, false); }
 
 private:
-    std::size_t n_;
+    std::size_t n_inner_;
 };
 
 /// Mixes smooth points inside an edge with those of a crease.
@@ -207,22 +211,20 @@ public:
                                top = in_.along(h + 2).reversed(s - 1),
                                left = in_.along(h + 3).reversed(s - 1);
         const T* inside = in_.inside_face(f);
-        T* in = in_rows_.data();
         T *below = out_rows_.data(), *middle = below + n_out_, *above = middle + n_out_;
         T* row = out_.inside_face(f);
         for (Index j = 0; j <= s; ++j) {
             if (j == 0) {
-                in_.copy_edge(h, in);
+                in_.copy_edge(h, in_rows_.data());
+                rows_(whole_row(), above);
             } else if (j == s) {
                 in_.copy_row(in_.vertex(roots_.vertex[h + 3]), top,
-                             in_.vertex(roots_.vertex[h + 2]), in);
+                             in_.vertex(roots_.vertex[h + 2]), in_rows_.data());
+                rows_(whole_row(), above);
             } else {
-                copy_point<C>(left[j - 1], in);
-                std::copy_n(inside, n_in_ - 2 * C, in + C);
-                copy_point<C>(right[j - 1], in + n_in_ - C);
+                rows_({left[j - 1], inside, right[j - 1]}, above);
                 inside += n_in_ - 2 * C;
             }
-            rows_(in, above);
             if (j > 1) {
                 three_rows(Rows::kAcross, below, 1 - 2 * Rows::kAcross, middle, above,
                            row, n_out_);
@@ -254,11 +256,11 @@ public:
             add(own[t], left[t], right[t]);
         add(in_.vertex(roots_.vertex[twin]), in_.on_edge(roots_.next(h), 1),
             in_.on_edge(roots_.prev(twin), s - 1));
-        rows_(in_rows_.data(), out_.inside_edge(roots_.edge[h]));
+        rows_(whole_row(), out_.inside_edge(roots_.edge[h]));
     }
     void sharp_edge(const SharpEdge& e, const GridRules& rules) {
         in_.copy_edge(e.halfedge, in_rows_.data());
-        rows_(in_rows_.data(), out_rows_.data());
+        rows_(whole_row(), out_rows_.data());
         mix_edge(e, rules, out_rows_.data(), out_.grids().n_inner(), C,
                  out_.inside_edge(roots_.edge[e.halfedge]));
     }
@@ -285,6 +287,11 @@ public:
     }
 
 private:
+    EndedRow<T> whole_row() const {
+        const T* row = in_rows_.data();
+        return {row, row + C, row + n_in_ - C};
+    }
+
     const Points<const T, C>& in_;
     const Points<T, C>& out_;
     const Topology& roots_;

@@ -48,6 +48,26 @@ void three_rows(T side_weight, const T* __restrict a, T b_weight, const T* __res
         out[i] = b_weight * b[i] + side_weight * (a[i] + c[i]);
 }
 
+/// A row of points whose ends may lie elsewhere than what is between them.
+template <class T>
+struct EndedRow {
+    const T *first, *inside, *last;
+};
+
+/// Of n > 0 points inside a row: b_weight b + side_weight (a + c), a and c those beside b.
+/// No copy of the row comes before: loads that overlap stores under way would wait for them.
+template <int C, class T>
+void three_along(T side_weight, T b_weight, const EndedRow<T>& row, std::size_t n,
+                 T* out) {
+    const T* in = row.inside;
+    if (n == 1)
+        return three_rows(side_weight, row.first, b_weight, in, row.last, out, C);
+    const std::size_t end = C * (n - 1);
+    three_rows(side_weight, row.first, b_weight, in, in + C, out, C);
+    three_rows(side_weight, in, b_weight, in + C, in + 2 * C, out + C, end - C);
+    three_rows(side_weight, in + end - C, b_weight, in + end, row.last, out + end, C);
+}
+
 /// Points that lie a constant step apart.
 template <class T>
 struct Strided {
