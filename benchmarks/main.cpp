@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
@@ -31,6 +33,21 @@ tags. Without a mesh it makes one.
   --repetitions N  of each measurement (default 7)
   --smoke          the checks, and one run of everything on small meshes
 )";
+
+constexpr const char* kStages[] = {"evaluate_grid_cached",
+                                   "evaluate_grid_buffer",
+                                   "evaluate_grid_ev5",
+                                   "evaluate_grid_gregory",
+                                   "evaluate_point_regular",
+                                   "evaluate_point_ev5",
+                                   "build",
+                                   "update",
+                                   "update_local",
+                                   "subdivide",
+                                   "tessellate",
+                                   "degree",
+                                   "threads",
+                                   "size"};
 
 std::vector<std::string> split(std::string_view text) {
     std::vector<std::string> parts(1);
@@ -120,6 +137,10 @@ std::optional<Arguments> parse(int argc, char** argv) {
             a.json = argv[i];
         } else if (arg == "--stages") {
             a.suite.stages = split(argv[i]);
+            for (const std::string& stage : a.suite.stages) {
+                if (std::ranges::find(kStages, stage) == std::end(kStages))
+                    return {};
+            }
         } else if (arg == "--threads") {
             a.suite.threads.clear();
             for (const std::string& n : split(argv[i]))
@@ -173,7 +194,7 @@ int run(const Arguments& a) {
 int main(int argc, char** argv) {
     const auto arguments = parse(argc, argv);
     if (!arguments)
-        return fmt::print(stderr, "{}", kUsage), 2;
+        return fmt::print(stderr, "{}Stages: {}\n", kUsage, fmt::join(kStages, " ")), 2;
     if (arguments->help)
         return fmt::print("{}", kUsage), 0;
     try {
