@@ -11,6 +11,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <new>
 #include <numeric>
@@ -75,7 +76,8 @@ struct Tile {
     Index shape;
     Index patch;
     Index sector;
-    Index first_sample;  // in the unit, then in the block
+    Index first_sample;   // in the unit, then in the block
+    const Index* points;  // of the patch
 };
 
 /// Numbers different shapes in the order of their coming.
@@ -132,12 +134,8 @@ template <class T>
 void gather(std::span<const Vec3<T>> points, std::span<const Index> indices,
             const std::array<Ring, 2>& rings, Index sector, T* out) noexcept {
     const auto copy = [&](int first, int last) {
-        for (int i = first; i < last; ++i, out += 3) {
-            const Vec3<T>& p = points[indices[i]];
-            out[0] = p.x;
-            out[1] = p.y;
-            out[2] = p.z;
-        }
+        for (int i = first; i < last; ++i, out += 3)
+            std::memcpy(out, &points[indices[i]], 3 * sizeof(T));
     };
     int next = 0;
     for (const Ring& ring : rings) {
@@ -279,7 +277,8 @@ private:
         if (lo.x > hi.x || lo.y > hi.y)
             return;
         using Long = Vec2<std::int64_t>;
-        const Index patch_class = table_.patch(map.patch).patch_class;
+        const PatchRef patch = table_.patch(map.patch);
+        const Index patch_class = patch.patch_class;
         const PatchClass& c = table_.classes()[patch_class];
         const Index shape =
             shapes.add({patch_class, c.is_open() ? map.sector : 0,
@@ -287,7 +286,8 @@ private:
                             std::int64_t(map.step) * Long(turn(lo, map.turns)),
                         map.step, map.turns, hi.x - lo.x + 1, hi.y - lo.y + 1, pitch});
         tiles.push_back({shape, map.patch, map.sector,
-                         first + static_cast<Index>(lo.y * pitch + lo.x)});
+                         first + static_cast<Index>(lo.y * pitch + lo.x),
+                         patch.points.data()});
     }
 
     const PatchTable& table_;
@@ -315,7 +315,7 @@ struct GridEvaluator<T>::Plan {
     AlignedArray<T> weights;
     std::size_t n_weights = 0;
     std::size_t n_single_samples = 0;
-    // Elements of scratch memory: for a tile, its points, a derivative in a block.
+    // Elements of scratch memory: for a tile, the points of a batch, a derivative in a block.
     std::size_t tile_space = 0, point_space = 0, block_space = 0;
 
     const PatchTable& table() const noexcept { return evaluator->table(); }
@@ -343,6 +343,14 @@ struct GridEvaluator<T>::Plan {
 
     std::size_t n_blocks() const noexcept { return first_unit.size() - 1; }
 
+    /// Patches that go to a kernel at a time: as many as the first cache holds the points of.
+    static constexpr std::size_t kMaxBatch = 16;
+    static std::size_t batch_size(const grid::Table<T>& t) noexcept {
+        constexpr std::size_t kBytes = 8192;
+        return std::clamp(kBytes / (3 * sizeof(T) * t.n_points), std::size_t(1),
+                          kMaxBatch);
+    }
+
     void make_tables();
     void make_full(const Shape& shape, Index patch, T* out) const;
     void make_product(const Shape& shape, T* out) const;
@@ -352,7 +360,7 @@ struct GridEvaluator<T>::Plan {
     std::size_t block_size(std::size_t b) const noexcept {
         return first_sample[first_unit[b + 1]] - first_sample[first_unit[b]];
     }
-    /// Of a thread: for a tile and its points, and for the values of a block.
+    /// Of a thread: for the points of a batch, a tile, and the values of a block.
     struct Scratch {
         AlignedArray<T> points, values, block;
     };
@@ -361,6 +369,17 @@ struct GridEvaluator<T>::Plan {
         for (int r = 0; r < n_values(); ++r)
             buffers[r].data = local.block.data() + r * block_space;
         return buffers;
+    }
+    grid::Layout layout(const SampleBuffers<T>& buffers) const noexcept {
+        const auto all = std::span(buffers).first(n_values());
+        if (std::ranges::all_of(all, [](const SampleBuffer<T>& b) {
+                return b.sample_stride == 3 && b.channel_stride == 1;
+            }))
+            return grid::Layout::Interleaved;
+        return std::ranges::all_of(
+                   all, [](const SampleBuffer<T>& b) { return b.sample_stride == 1; })
+                   ? grid::Layout::Planar
+                   : grid::Layout::Any;
     }
     /// Calls f(scratch, block) for all blocks.
     template <class F>
@@ -427,7 +446,8 @@ void GridEvaluator<T>::Plan::make_tables() {
         made.emplace_back(s, n_weights);
         n_weights = end;
         tile_space = std::max(tile_space, grid::scratch_size(tables[s]));
-        point_space = std::max(point_space, std::size_t(3 * tables[s].n_points));
+        point_space =
+            std::max(point_space, batch_size(tables[s]) * 3 * tables[s].n_points);
     }
     weights = AlignedArray<T>(n_weights);
     tbb::parallel_for(std::size_t(0), made.size(), [&](std::size_t m) {
@@ -537,29 +557,35 @@ template <class T>
 void GridEvaluator<T>::Plan::evaluate_block(std::span<const Vec3<T>> points,
                                             std::size_t block,
                                             const SampleBuffers<T>& out,
-                                            const Scratch& scratch_memory) const {
+                                            const Scratch& local) const {
     const grid::Kernel<T> kernel = grid::kernel<T>();
     grid::Target<T> target{};
+    target.layout = layout(out);
     for (int r = 0; r < n_values(); ++r) {
+        target.data[r] = out[r].data;
         target.sample_stride[r] = out[r].sample_stride;
         target.channel_stride[r] = out[r].channel_stride;
     }
-    for (Index i = first_tile[block]; i < first_tile[block + 1]; ++i) {
-        const Tile& tile = tiles[i];
-        const grid::Table<T>& t = tables[tile.shape];
-        for (int r = 0; r < n_values(); ++r) {
-            const std::ptrdiff_t stride = out[r].sample_stride;
-            target.data[r] = out[r].data + tile.first_sample * stride;
-            target.row_stride[r] = shapes[tile.shape].pitch * stride;
-        }
+    std::array<Index, kMaxBatch> first_samples;
+    const Index last = first_tile[block + 1];
+    for (Index i = first_tile[block]; i < last;) {
+        const Index shape = tiles[i].shape;
+        const grid::Table<T>& t = tables[shape];
+        for (int r = 0; r < n_values(); ++r)
+            target.row_stride[r] = shapes[shape].pitch * target.sample_stride[r];
         if (!t.weights) {
-            evaluate_single(points, tile, target);
+            evaluate_single(points, tiles[i++], target);
             continue;
         }
-        T* p = scratch_memory.points.data();
-        gather(points, table().patch(tile.patch).points, rings[tile.shape], tile.sector,
-               p);
-        kernel(t, p, scratch_memory.values.data(), target);
+        const std::size_t most = batch_size(t), n_points = t.n_points;
+        T* p = local.points.data();
+        std::size_t n = 0;
+        for (; n < most && i < last && tiles[i].shape == shape; ++i, ++n) {
+            gather(points, std::span(tiles[i].points, n_points), rings[shape],
+                   tiles[i].sector, p + n * 3 * n_points);
+            first_samples[n] = tiles[i].first_sample;
+        }
+        kernel(t, {n, p, first_samples.data()}, target, local.values.data());
     }
 }
 
@@ -581,7 +607,7 @@ void GridEvaluator<T>::Plan::evaluate_single(std::span<const Vec3<T>> points,
             const Vec3<T> values[] = {jet.p, jet.du, jet.dv, jet.duu, jet.duv, jet.dvv};
             for (int r = 0; r < n_values(); ++r) {
                 T* to = target.data[r] + j * target.row_stride[r] +
-                        i * target.sample_stride[r];
+                        (tile.first_sample + i) * target.sample_stride[r];
                 for (int k = 0; k < 3; ++k)
                     to[k * target.channel_stride[r]] = values[r][k];
             }
@@ -662,9 +688,10 @@ GridEvaluator<T>::GridEvaluator(const Evaluator& evaluator, Index patch_class,
     const PatchTable& table = evaluator.table();
     const auto n = static_cast<std::int32_t>(points.size());
     for (Index patch = 0; patch < table.n_patches() && n > 0; ++patch) {
-        if (table.patch(patch).patch_class != patch_class)
+        const PatchRef ref = table.patch(patch);
+        if (ref.patch_class != patch_class)
             continue;
-        plan->tiles.push_back({0, patch, 0, 0});
+        plan->tiles.push_back({0, patch, 0, 0, ref.points.data()});
         plan->first_sample.push_back(plan->first_sample.back() + points.size());
     }
     plan->shapes.push_back({patch_class, 0, {0, 0}, 0, 0, n, 1, n});

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 #include "far/types.h"
 
@@ -42,26 +43,42 @@ struct Table {
     bool transposed;
 
     std::size_t n_samples() const noexcept { return std::size_t(nx) * ny; }
+    int n_derivatives() const noexcept { return (order + 1) * (order + 2) / 2; }
 };
 
 /// Elements of scratch memory that a kernel needs for a table.
 template <class T>
 std::size_t scratch_size(const Table<T>& table) noexcept;
 
-/// Where a rectangle of samples goes, by derivative: coordinate c of sample (i, j) to
-/// data[r][j row_stride[r] + i sample_stride[r] + c channel_stride[r]].
+enum class Layout : std::uint8_t {
+    Interleaved,  ///< sample_stride 3, channel_stride 1
+    Planar,       ///< sample_stride 1
+    Any,
+};
+
+/// Where samples go, by derivative: coordinate c of sample (i, j) of a rectangle that starts at
+/// sample s to data[r][s sample_stride[r] + j row_stride[r] + i sample_stride[r] +
+/// c channel_stride[r]].
 template <class T>
 struct Target {
+    Layout layout = Layout::Interleaved;
     std::array<T*, 6> data;
     std::array<std::ptrdiff_t, 6> row_stride, sample_stride, channel_stride;
 };
 
-/// Values and derivatives of one patch at the samples of a table.
-/// \param points  n_points times x, y, z
+/// Patches that share a table.
+template <class T>
+struct Batch {
+    std::size_t n;
+    const T* points;             ///< of each patch n_points times x, y, z
+    const Index* first_samples;  ///< where the rectangle of each starts
+};
+
+/// Values and derivatives of patches at the samples of a table.
 /// \param scratch  scratch_size() elements, aligned to kPanelBytes
 template <class T>
-using Kernel = void (*)(const Table<T>& table, const T* points, T* scratch,
-                        const Target<T>& target);
+using Kernel = void (*)(const Table<T>& table, const Batch<T>& batch,
+                        const Target<T>& target, T* scratch);
 
 /// For the widest vectors of this machine.
 template <class T>
