@@ -196,19 +196,17 @@ Features with_border(const Topology& t, Features f) {
     const std::vector<Index> borders = border_halfedges(t);
     if (borders.empty())
         return f;
-    const std::vector<double> given = f.edge_sharpness;
-    const auto is_sharpened = [&](Index h) {
-        return !given.empty() && given[t.edge[h]] >= kInfinitelySharp;
-    };
     f.edge_sharpness.resize(t.n_edges);
     for (const Index h : borders) {
-        f.edge_sharpness[t.edge[h]] = kInfinitelySharp;
+        double& sharpness = f.edge_sharpness[t.edge[h]];
+        const bool is_sharpened = sharpness >= kInfinitelySharp;
+        sharpness = kInfinitelySharp;
         const Index v = t.vertex[h];
         if (f.boundary == BoundaryRule::EdgeAndCorner && t.valence(v) == 1) {
             f.vertex_sharpness.resize(t.n_vertices());
             f.vertex_sharpness[v] = kInfinitelySharp;
         }
-        if (f.boundary == BoundaryRule::None && !is_sharpened(h)) {
+        if (f.boundary == BoundaryRule::None && !is_sharpened) {
             f.hole.resize(t.n_faces());
             const auto add_holes = [&](Index at) {
                 t.for_each_outgoing(at, [&](Index out) { f.hole[t.face[out]] = true; });
@@ -260,21 +258,24 @@ std::vector<Tag> to_tags(const Topology& t, const Features& f) {
 
 namespace {
 
-/// An interior vertex between two faces with nothing sharp to part them.
-bool is_flat_fold(const Topology& t, const Features& f, Index v) {
-    // Two rotations lead back: what most vertices do not fulfil is asked first.
-    const Index start = t.vertex_halfedge[v], other = t.ccw(start);
-    if (other == kInvalidIndex || other == start || t.ccw(other) != start)
+/// An interior vertex between two faces.
+bool is_fold(const Topology& t, Index v) {
+    const Index first = t.vertex_halfedge[v];
+    if (first == kInvalidIndex)
         return false;
-    int n_faces = 0, n_sharp = 0;
+    const Index second = t.ccw(first);
+    return second != kInvalidIndex && second != first && t.ccw(second) == first;
+}
+
+/// Nothing sharp parts the faces around a vertex, and not all of them are holes.
+bool is_flat(const Topology& t, const Features& f, Index v) {
+    int n_sharp = 0;
     bool has_surface = false;
     t.for_each_outgoing(v, [&](Index h) {
-        ++n_faces;
         n_sharp += f.edge(t.edge[h]) >= kInfinitelySharp;
         has_surface |= f.hole.empty() || !f.hole[t.face[h]];
     });
-    const Index first = t.vertex_halfedge[v];
-    return n_faces == 2 && n_sharp < 2 && has_surface && !t.is_border(first);
+    return n_sharp < 2 && has_surface;
 }
 
 Status refuse_valence_two(const MeshData& data, Index v) {
@@ -306,12 +307,14 @@ Status check_refinement(const MeshData& data, const Topology& t, const Features&
 
 Status check_surface(const MeshData& data, const Topology& t, const Features& features,
                      int degree) {
-    const Features f = with_border(t, features);
-    const Index v = detail::first_index(t.n_vertices(), [&](Index i) {
-        return t.vertex_halfedge[i] != kInvalidIndex && is_flat_fold(t, f, i);
-    });
-    if (v != kInvalidIndex)
-        return refuse_valence_two(data, v);
+    Index v = detail::first_index(t.n_vertices(), [&](Index i) { return is_fold(t, i); });
+    if (v != kInvalidIndex) {
+        const Features f = with_border(t, features);
+        for (; v < t.n_vertices(); ++v) {
+            if (is_fold(t, v) && is_flat(t, f, v))
+                return refuse_valence_two(data, v);
+        }
+    }
     return check_refinement(data, t, features, degree);
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "far/address.h"
+#include "far/buffer.h"
 #include "far/features.h"
 #include "far/patch_class.h"
 #include "far/stencil_table.h"
@@ -165,8 +166,8 @@ private:
     StencilTable refined_points_;
     std::vector<Index> row_groups_;
     std::vector<PatchClass> classes_;
-    std::vector<Record> patches_;
-    std::vector<Index> points_;  // of all patches, from first_point on
+    detail::Buffer<Record> patches_;
+    detail::Buffer<Index> points_;  // of all patches, from first_point on
     std::vector<detail::PatchLeaf> leaves_;
     std::vector<Index> nodes_;  // roots first: one per quarter
 };

@@ -85,10 +85,15 @@ private:
         const Topology& t = topology();
         // Cells of the base level have no node of their own but one root per quarter.
         cells_.assign(odd() ? t.n_faces() : t.n_vertices(), Cover::Hole);
-        for (Index h = 0; h < t.n_halfedges(); ++h) {
-            if (table_.has_surface(t.face[h]))
-                cells_[odd() ? t.face[h] : t.vertex[h]] = Cover::Open;
-        }
+        detail::for_each_index(cells_.size(), [&](Index cell) {
+            bool open = odd() && table_.has_surface(cell);
+            if (!odd()) {
+                t.for_each_outgoing(
+                    cell, [&](Index h) { open |= table_.has_surface(t.face[h]); });
+            }
+            if (open)
+                cells_[cell] = Cover::Open;
+        });
         first_patch_.push_back(0);
     }
 

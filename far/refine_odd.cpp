@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
+#include <span>
 
 #include "far/refine_step.h"
 #include "far/stencil_rows.h"
@@ -71,9 +72,25 @@ public:
                  const Features& child)
         : mesh_(mesh), features_(features), quads_(quads), child_(child) {}
 
-    StencilTable rows(bool right_after_split) const {
+    /// Of all vertices but those of `skip`, whose rows are empty.
+    StencilTable rows_after_split(const std::vector<bool>& skip) const {
         return make_rows(quads_.n_vertices(), [&](Index v, StencilTable& s) {
-            add_row(v, right_after_split, s);
+            if (skip.empty() || !skip[v])
+                add_row(v, true, s);
+        });
+    }
+
+    /// Of the vertices, but those of `skip`, all of whose inputs are known.
+    StencilTable rows(const KnownRows& known, const std::vector<bool>& skip) const {
+        return make_rows(quads_.n_vertices(), [&](Index v, StencilTable& s) {
+            if (!skip.empty() && skip[v])
+                return;
+            const std::size_t begin = s.indices.size();
+            add_row(v, false, s);
+            if (!known.contains(std::span(s.indices).subspan(begin))) {
+                s.indices.resize(begin);
+                s.weights.resize(begin);
+            }
         });
     }
 
@@ -186,13 +203,17 @@ RefinedLevel refine_odd(const RefinedLevel& parent, int degree) {
     const OddSmoothing smoothing(mesh, parent.features, level.topology, level.features);
     KnownRows known(parent.known);
     const std::vector<bool> beside_gap = vertices_beside_gaps(level);
-    level.factors.push_back(known.filter(
-        compose(smoothing.rows(true), split_stencils(mesh), mesh.n_vertices()),
-        beside_gap));
-    if (degree >= 5) {
-        const StencilTable rows = smoothing.rows(false);
-        for (int i = 0; i < (degree - 3) / 2; ++i)
-            level.factors.push_back(known.filter(rows, beside_gap));
+    StencilTable first = compose(smoothing.rows_after_split(beside_gap),
+                                 split_stencils(mesh), mesh.n_vertices());
+    if (parent.known.empty()) {
+        known.follow(first, beside_gap);
+        level.factors.push_back(std::move(first));
+    } else {
+        level.factors.push_back(known.filter(std::move(first), beside_gap));
+    }
+    for (int i = 0; i < (degree - 3) / 2; ++i) {
+        level.factors.push_back(smoothing.rows(known, beside_gap));
+        known.follow(level.factors.back(), beside_gap);
     }
     level.known = known.take();
     return level;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -79,6 +80,18 @@ public:
         if (known_.empty() && unusable.empty())
             return std::forward<Rows>(rows);
         return usable(rows, unusable);
+    }
+    /// After rows that are empty where filter() would make them so.
+    void follow(const StencilTable& rows, const std::vector<bool>& unusable) {
+        if (known_.empty() && unusable.empty())
+            return;
+        known_.resize(rows.n_rows());
+        for (Index r = 0; r < rows.n_rows(); ++r)
+            known_[r] = rows.offsets[r] < rows.offsets[r + 1];
+    }
+    bool contains(std::span<const Index> points) const {
+        return known_.empty() ||
+               std::ranges::all_of(points, [&](Index p) { return known_[p]; });
     }
     /// Empty: all are known.
     std::vector<bool> take() { return std::move(known_); }
