@@ -95,8 +95,8 @@ template <class T, int C>
 class Refining {
 public:
     static constexpr bool kRefines = true;
-    static constexpr T kAcross =
-        T(0.125);  // weight of the rows beside; 1 - 2 kAcross its own
+    /// The weight of the rows beside; their own is 1 - 2 kAcross.
+    static constexpr T kAcross = T(0.125);
 
     explicit Refining(Index size)
         : n_inner_(size - 1),

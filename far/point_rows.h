@@ -19,9 +19,9 @@ namespace osdx::detail {
 template <class F>
 void for_ranges(std::size_t n, std::size_t work, F&& f) {
     constexpr std::size_t kPointsInTask = 1 << 14;
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(
-                          0, n, std::max<std::size_t>(1, kPointsInTask / work)),
-                      f);
+    const std::size_t grain =
+        kPointsInTask / std::clamp(work, std::size_t(1), kPointsInTask);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n, grain), f);
 }
 
 /// out = (a + b)/2

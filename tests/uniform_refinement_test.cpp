@@ -8,9 +8,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstring>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <random>
@@ -83,7 +81,8 @@ MeshData pillow(Index n) {
     return mesh;
 }
 
-/// A ring of quads around a vertex, closed by another: valence n, and 2 where they meet.
+/// Of every kind: valences from 2 to 64, n-gons, borders, features of all sharpnesses, loose
+/// vertices.
 std::vector<NamedMesh> meshes() {
     auto all = test::closed_meshes();
     const auto add = [&](std::vector<NamedMesh> more) {
