@@ -3,6 +3,7 @@
 
 #include "eval/evaluator.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 
@@ -40,6 +41,29 @@ void to_base_uv(const PatchPoint& where,
     }
 }
 
+/// By the fast kernels, if there is one for the place: up to four channels from `first` on.
+template <class T>
+bool fast(const PatchBasis& basis, std::span<const Index> points,
+          std::span<const T> values, int n_channels, const PatchPoint& where, int order,
+          Chart chart, detail::PointJet& out) noexcept {
+    // (u, v) run along a b, b -a, -a -b, -b a.
+    constexpr double kCos[4] = {1, 0, -1, 0}, kSin[4] = {0, 1, 0, -1};
+    detail::ChartMap map;
+    if (chart == Chart::BaseUV) {
+        const int k = where.quarter_turns & 3;
+        const double c = where.scale * kCos[k], s = where.scale * kSin[k];
+        map = {c, s, -s, c, 0};
+    }
+    return basis.sum<T>({static_cast<int>(where.sector), where.a, where.b}, chart,
+                        {.values = values.data(),
+                         .n_values = values.size(),
+                         .stride = n_channels,
+                         .points = points.data(),
+                         .order = order,
+                         .map = map},
+                        out);
+}
+
 /// Derivatives of N values at a time: N jets are summed over the weights, then divided.
 /// \param value  value(i, c): channel c of control point i of the patch
 template <int Order, int N, class Value>
@@ -68,6 +92,20 @@ std::array<std::array<double, n_derivatives(Order)>, N> evaluate_block(
     return out;
 }
 
+template <int Order, class T, class Vector>
+void fill(SurfaceJet<T>& jet, Vector&& vector) noexcept {
+    jet.p = vector(0);
+    if constexpr (Order > 0) {
+        jet.du = vector(1);
+        jet.dv = vector(2);
+    }
+    if constexpr (Order > 1) {
+        jet.duu = vector(3);
+        jet.duv = vector(4);
+        jet.dvv = vector(5);
+    }
+}
+
 template <int Order, class T>
 void channels(const PatchBasis& basis, std::span<const Index> points,
               std::span<const T> values, int n_channels, const PatchPoint& where,
@@ -75,6 +113,15 @@ void channels(const PatchBasis& basis, std::span<const Index> points,
     constexpr int kBlock = 4;
     for (int first = 0; first < n_channels; first += kBlock) {
         const int n = std::min(kBlock, n_channels - first);
+        detail::PointJet sums;
+        if (fast<T>(basis, points, values.subspan(first), n_channels, where, Order, chart,
+                    sums)) {
+            for (int r = 0; r < n_derivatives(Order); ++r)
+                std::transform(sums.value[r], sums.value[r] + n,
+                               &out[r * n_channels + first],
+                               [](double x) { return static_cast<T>(x); });
+            continue;
+        }
         const auto block =
             evaluate_block<Order, kBlock>(basis, where, chart, [&](Index i, int c) {
                 return c < n ? values[std::size_t(points[i]) * n_channels + first + c]
@@ -130,23 +177,25 @@ SurfaceJet<T> Evaluator::evaluate(std::span<const Vec3<T>> points,
                                   const PatchPoint& where, Chart chart) const noexcept {
     assert(points.size() == table_->n_points());
     const PatchRef patch = table_->patch(where.patch);
+    SurfaceJet<T> jet;
+    detail::PointJet sums;
+    if (fast<T>(bases_[patch.patch_class], patch.points,
+                std::span(&points.data()->x, 3 * points.size()), 3, where, Order, chart,
+                sums)) {
+        const auto vector = [&](int r) {
+            return Vec3<T>(
+                Vec3<double>(sums.value[r][0], sums.value[r][1], sums.value[r][2]));
+        };
+        fill<Order>(jet, vector);
+        return jet;
+    }
     const auto block = evaluate_block<Order, 3>(
         bases_[patch.patch_class], where, chart,
         [&](Index i, int c) { return points[patch.points[i]][c]; });
     const auto vector = [&](int r) {
         return Vec3<T>(Vec3<double>(block[0][r], block[1][r], block[2][r]));
     };
-    SurfaceJet<T> jet;
-    jet.p = vector(0);
-    if constexpr (Order > 0) {
-        jet.du = vector(1);
-        jet.dv = vector(2);
-    }
-    if constexpr (Order > 1) {
-        jet.duu = vector(3);
-        jet.duv = vector(4);
-        jet.dvv = vector(5);
-    }
+    fill<Order>(jet, vector);
     return jet;
 }
 

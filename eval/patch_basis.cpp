@@ -39,8 +39,10 @@ PatchBasis::PatchBasis(const PatchClass& patch_class)
     const bool ev = class_.kind == PatchKind::EV;
     intervals_ = ev ? d_ - 1 : d_;
     columns_ = ev ? 2 * d_ - 1 : 2 * d_;
-    if (class_.kind == PatchKind::Regular)
+    if (class_.kind == PatchKind::Regular) {
+        taylor_.emplace(d_);
         return;
+    }
     if (class_.kind == PatchKind::Gregory) {
         gregory_.emplace(class_.n_sectors,
                          class_.normalised ? CentrePoint::None : CentrePoint::Given);
@@ -50,6 +52,8 @@ PatchBasis::PatchBasis(const PatchClass& patch_class)
     if (ev)
         extended_ = extended_coefficients(d_);
     build_tables();
+    if (class_.border == PatchBorder::None)
+        ring_.emplace(class_, polygon_);
     if (class_.border == PatchBorder::Spike) {
         std::vector<double> w(static_cast<std::size_t>(class_.n_points()), 0.0);
         const Jet<double, 0> f =
@@ -159,6 +163,43 @@ DomainPoint PatchBasis::from_native(Vec2<double> xy) const noexcept {
     }
     return p;
 }
+
+template <class T>
+bool PatchBasis::sum(const DomainPoint& p, Chart chart, const detail::PointSum<T>& what,
+                     detail::PointJet& out) const noexcept {
+    const auto& kernels = std::get<detail::PointKernels<T>>(kernels_);
+    if (taylor_) {
+        kernels.regular(*taylor_, d_, p.a, p.b, what, out);
+        return true;
+    }
+    if (!ring_ || !kernels.polygon || 2 - p.a - p.b < kCorner)
+        return false;
+    // The kernel's (x, y) are those of the sector: with (a, b), or turned with it.
+    detail::ChartMap x;
+    if (chart == Chart::Native) {
+        const Vec2<double> turn = ring_->sector_turn[p.sector];
+        x = {turn.x, -turn.y, turn.y, turn.x, 0};
+    } else {
+        const double c2 = ring_->centre * ring_->centre,
+                     y_b = ring_->centre * ring_->sine;
+        x = {p.b + c2 * (1 - 2 * p.b), -y_b, p.a + c2 * (1 - 2 * p.a), y_b, 1 - 2 * c2};
+    }
+    // what.map is that of a turn by quarters.
+    const detail::ChartMap& turn = what.map;
+    detail::PointSum<T> sum = what;
+    sum.map = {turn.x_u * x.x_u + turn.y_u * x.x_v, turn.x_u * x.y_u + turn.y_u * x.y_v,
+               turn.x_v * x.x_u + turn.y_v * x.x_v, turn.x_v * x.y_u + turn.y_v * x.y_v,
+               (turn.x_u * turn.y_v + turn.y_u * turn.x_v) * x.x_uv};
+    kernels.polygon(*ring_, class_.kind, p, sum, out);
+    return true;
+}
+
+template bool PatchBasis::sum<float>(const DomainPoint&, Chart,
+                                     const detail::PointSum<float>&,
+                                     detail::PointJet&) const noexcept;
+template bool PatchBasis::sum<double>(const DomainPoint&, Chart,
+                                      const detail::PointSum<double>&,
+                                      detail::PointJet&) const noexcept;
 
 PatchBasis::SideParameters PatchBasis::side_parameters(const DomainPoint& p) const {
     const Place<0> at = place<0>(p);

@@ -7,12 +7,14 @@
 #include <array>
 #include <optional>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "eval/domain.h"
 #include "eval/gregory_basis.h"
 #include "eval/jet.h"
 #include "eval/mirrored_net.h"
+#include "eval/point_kernels.h"
 #include "far/patch_class.h"
 #include "far/types.h"
 
@@ -94,6 +96,15 @@ public:
     };
     SideParameters side_parameters(const DomainPoint& p) const;
 
+    /// Derivatives up to second order of the sum of the control points' values times their
+    /// weights, by vectorised kernels: the same as by for_each_weight() up to rounding.
+    /// \return false where there is no such kernel
+    ///
+    /// Derivatives are in (a, b), or (x, y), turned as the sum says.
+    template <class T>
+    bool sum(const DomainPoint& p, Chart chart, const detail::PointSum<T>& what,
+             detail::PointJet& out) const noexcept;
+
 private:
     template <int Order>
     using J = Jet<double, Order>;
@@ -152,6 +163,8 @@ private:
 
     void build_tables();
 
+    static constexpr double kCorner = 1e-8;  // see for_each_weight
+
     PatchClass class_;
     std::optional<GregoryBasis> gregory_;  // of patches of that kind, which need no more
     Polygon polygon_;
@@ -164,6 +177,9 @@ private:
     std::vector<MirroredNet::Term> terms_;
     std::vector<double> centre_weights_;             // of spikes: S(0)
     std::array<double, 2 * kMaxDegree> extended_{};  // Bezier coefficients of E_(d-1)
+    std::tuple<detail::PointKernels<float>, detail::PointKernels<double>> kernels_;
+    std::optional<detail::TaylorRows> taylor_;  // of regular patches
+    std::optional<detail::RingTables> ring_;    // of EV and EF patches inside
 };
 
 }  // namespace osdx

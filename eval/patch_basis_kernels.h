@@ -302,7 +302,6 @@ Jet<double, Order> PatchBasis::for_each_weight(const DomainPoint& p, Chart chart
 
     // Below this distance the second derivatives of the blends, which grow like the
     // distance to the power -2, drown in rounding, and the ribbons differ by its square.
-    constexpr double kCorner = 1e-8;
     const bool at_corner = 2 - p.a - p.b < kCorner;
     const J<Order> one(1.0);
     J<Order> f;

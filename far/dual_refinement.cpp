@@ -425,6 +425,8 @@ void DualRefinement::points(std::span<const V> base, std::span<V> out) const {
     constexpr int C = V::length();
     static_assert(sizeof(V) == C * sizeof(T));
     assert(base.size() == n_base_points_ && out.size() == n_vertices());
+    if (out.empty())
+        return;
     const Topology& t = base_;
     std::vector<V> cut;
     for (const Index v : base_vertices_)

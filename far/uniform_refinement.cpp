@@ -75,7 +75,7 @@ void UniformRefinement::points(std::span<const V> base, std::span<V> out) const 
     constexpr int C = V::length();
     static_assert(sizeof(V) == C * sizeof(T));
     assert(base.size() == n_base_points() && out.size() == grids().n_vertices());
-    if (n_levels_ == 0) {
+    if (n_levels_ == 0 || out.empty()) {
         std::ranges::copy(base, out.begin());
         return;
     }

@@ -1,0 +1,51 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <cstddef>
+
+#include "eval/point_tables.h"
+
+namespace osdx::detail {
+
+/// From the variables (x, y) of a kernel to (u, v):
+/// d_u = x_u d_x + y_u d_y, d_v = x_v d_x + y_v d_y, and d_uv has x_uv d_x more.
+struct ChartMap {
+    double x_u = 1, y_u = 0, x_v = 0, y_v = 1, x_uv = 0;
+};
+
+/// A sum over the control points of one patch of their values times the weights at one
+/// point of the domain.
+template <class T>
+struct PointSum {
+    const T* values;       ///< of all points, `stride` apiece
+    std::size_t n_values;  ///< where they end
+    int stride;
+    const Index* points;  ///< control points of the patch
+    int order;            ///< 0, 1 or 2
+    ChartMap map;
+};
+
+/// p, du, dv, duu, duv, dvv of up to four channels.
+struct PointJet {
+    double value[6][4];
+};
+
+/// The kernels for the instruction set of this machine, for points in float or double.
+/// Weights and sums are formed in double.
+template <class T>
+struct PointKernels {
+    PointKernels();
+
+    /// At (s, t) of [0,1]^2, which are the variables.
+    void (*regular)(const TaylorRows& taylor, int degree, double s, double t,
+                    const PointSum<T>& sum, PointJet& out);
+
+    /// EV and EF patches inside. The variables are those of RingTables. Null where the
+    /// machine's registers are too narrow.
+    void (*polygon)(const RingTables& tables, PatchKind kind, const DomainPoint& p,
+                    const PointSum<T>& sum, PointJet& out);
+};
+
+}  // namespace osdx::detail

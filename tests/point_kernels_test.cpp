@@ -1,0 +1,244 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include "eval/point_kernels.h"
+
+#include <gtest/gtest.h>
+
+#include <hwy/targets.h>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "eval/evaluator.h"
+#include "eval/patch_basis.h"
+
+// The kernels of single points against the weights that PatchBasis::for_each_weight gives.
+
+namespace osdx {
+
+/// How GoogleTest names a class of patches: "EV d3 n5".
+void PrintTo(const PatchClass& c, std::ostream* out) {
+    *out << (c.kind == PatchKind::Regular ? "Regular"
+             : c.kind == PatchKind::EV    ? "EV"
+                                          : "EF")
+         << " d" << c.degree << " n" << c.n_sectors;
+}
+
+namespace {
+
+/// Runs a test once for each instruction set that this machine has, the best one last.
+template <class F>
+void for_each_target(F&& f) {
+    std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
+    std::ranges::reverse(targets);
+    for (const std::int64_t target : targets) {
+        SCOPED_TRACE(hwy::TargetName(target));
+        hwy::SetSupportedTargetsForTest(target);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+        f();
+    }
+    hwy::SetSupportedTargetsForTest(0);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+}
+
+/// Points of a sector: inside, on its sides and next to its corners.
+std::vector<DomainPoint> domain_points(const PatchClass& c) {
+    std::vector<DomainPoint> points;
+    std::mt19937 engine(1);
+    const auto random = [&] { return double(engine()) / 4294967296.0; };
+    const int n = c.is_square() ? 1 : c.n_sectors;
+    for (const int sector : {0, 1 % n, n / 2, n - 1}) {
+        for (const double a : {0.0, 0.5, 1.0}) {
+            for (const double b : {0.0, 0.5, 1.0})
+                points.push_back({sector, a, b});
+        }
+        for (int i = 0; i < 8; ++i)
+            points.push_back({sector, random(), random()});
+        for (const double r : {1e-1, 1e-2, 1e-3}) {
+            points.push_back({sector, 1 - r * random(), 1 - r * random()});
+            points.push_back({sector, 1 - r, 1});
+            points.push_back({sector, 1, 1 - r});
+            points.push_back({sector, r * random(), r * random()});
+        }
+    }
+    return points;
+}
+
+/// Values of the points of one patch that lie in an array in another order.
+template <class T>
+struct Net {
+    int stride;
+    std::vector<Index> points;
+    std::vector<T> values;
+
+    Net(int n_points, int n_channels) : stride(n_channels), points(n_points) {
+        std::iota(points.begin(), points.end(), Index(0));
+        std::mt19937 engine(2);
+        std::ranges::shuffle(points, engine);
+        for (int i = 0; i < n_points * stride; ++i)
+            values.push_back(static_cast<T>(double(engine()) / 2147483648.0 - 1));
+    }
+    detail::PointSum<T> sum(int order) const {
+        return {values.data(), values.size(), stride, points.data(), order, {}};
+    }
+};
+
+/// The same by weights, one row for each derivative.
+template <int Order, class T>
+std::vector<std::vector<double>> by_weights(const PatchBasis& basis, const DomainPoint& p,
+                                            Chart chart, const Net<T>& net) {
+    using J = Jet<double, Order>;
+    std::vector<J> sums(net.stride);
+    const J f = basis.for_each_weight<Order>(p, chart, [&](Index i, const J& w) {
+        for (int c = 0; c < net.stride; ++c)
+            sums[c] += double(net.values[net.points[i] * net.stride + c]) * w;
+    });
+    std::vector<std::vector<double>> rows(J::kSize);
+    for (int r = 0; r < J::kSize; ++r) {
+        for (const J& x : sums)
+            rows[r].push_back((x / f).c[r] * (r == 3 || r == 5 ? 2 : 1));
+    }
+    return rows;
+}
+
+/// The size of what is summed up in derivatives of order m, for values of size 1.
+///
+/// Weights are of size 1, and derivative m of size (2 d)^m, more in narrow sectors. At the
+/// distance r of a corner derivatives m of the blends are of the order of r^-m, and cancel in
+/// the sum over the ribbons.
+double scale(const PatchClass& c, const DomainPoint& p, int m) {
+    double size = std::pow(2.0 * c.degree * std::max(1.0, c.n_sectors / 3.0), m);
+    if (!c.is_square())
+        size *= std::max(1.0, std::pow(2 - p.a - p.b, -m));
+    return size;
+}
+
+template <int Order, class T>
+int check(const PatchBasis& basis, const Net<T>& net) {
+    const PatchClass& c = basis.patch_class();
+    int n_checked = 0;
+    const auto at_end = [](double x) { return x == 0 || x == 1; };
+    for (const DomainPoint& p : domain_points(c)) {
+        // Second derivatives of quadratic patches jump at knots, which are there.
+        if (Order == 2 && c.degree == 2 && (at_end(p.a) || at_end(p.b) || p.a == p.b))
+            continue;
+        for (const Chart chart : {Chart::BaseUV, Chart::Native}) {
+            detail::PointJet jet;
+            if (!basis.sum<T>(p, chart, net.sum(Order), jet))
+                continue;
+            ++n_checked;
+            const auto expected = by_weights<Order>(basis, p, chart, net);
+            for (int r = 0; r < n_derivatives(Order); ++r) {
+                // Some thirty operations round before the sums of (d+1)^2 products do.
+                const int m = r > 2 ? 2 : r > 0;
+                double size = scale(c, p, m);
+                for (int k = 0; k < n_derivatives(Order); ++k) {
+                    for (const double x : expected[k]) {
+                        if ((k > 2 ? 2 : k > 0) == m)
+                            size = std::max(size, std::abs(x));
+                    }
+                }
+                const double tolerance =
+                    64 * std::numeric_limits<double>::epsilon() * size;
+                for (int x = 0; x < std::min(4, net.stride); ++x)
+                    EXPECT_NEAR(jet.value[r][x], expected[r][x], tolerance)
+                        << testing::PrintToString(c) << " sector " << p.sector << " ("
+                        << p.a << ", " << p.b << ") chart " << int(chart)
+                        << " derivative " << r;
+            }
+        }
+    }
+    return n_checked;
+}
+
+template <class T>
+int check_class(const PatchClass& c) {
+    const PatchBasis basis(c);
+    int n = 0;
+    // Five channels: the fourth of the last point is followed by another one, others not.
+    n += check<0>(basis, Net<T>(c.n_points(), 3));
+    n += check<1>(basis, Net<T>(c.n_points(), 1));
+    n += check<1>(basis, Net<T>(c.n_points(), 3));
+    n += check<2>(basis, Net<T>(c.n_points(), 5));
+    return n;
+}
+
+template <class T>
+class PointKernels : public testing::Test {};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(PointKernels, Scalars);
+
+TYPED_TEST(PointKernels, RegularPatchesEqualTheirWeights) {
+    for_each_target([] {
+        for (int d = kMinDegree; d <= kMaxDegree; ++d)
+            EXPECT_GT(check_class<TypeParam>({PatchKind::Regular, d, 4}), 0);
+    });
+}
+
+TYPED_TEST(PointKernels, PatchesOfNSidesEqualTheirWeights) {
+    int n_checked = 0;
+    for_each_target([&] {
+        for (const PatchKind kind : {PatchKind::EV, PatchKind::EF}) {
+            for (const int n : {3, 4, 5, 6, 7, 8, 9, 12, 13, 40}) {
+                for (const int d : {2, 3, 4, 7}) {
+                    if (n < 10 || d < 4)
+                        n_checked += check_class<TypeParam>({kind, d, n});
+                }
+            }
+        }
+    });
+    // Machines with narrow registers have no such kernels.
+    const bool wide = (hwy::SupportedTargets() & (HWY_AVX2 | HWY_AVX3)) != 0;
+    EXPECT_EQ(n_checked > 0, wide);
+}
+
+TYPED_TEST(PointKernels, LargeValencesAndDegreesEqualTheirWeights) {
+    check_class<TypeParam>({PatchKind::EV, 3, 360});
+    check_class<TypeParam>({PatchKind::EF, 2, 360});
+    check_class<TypeParam>({PatchKind::EV, kMaxDegree, 5});
+    check_class<TypeParam>({PatchKind::EF, kMaxDegree, 3});
+}
+
+// Weights sum to one, whatever rounding does to each: 31 and 16 terms.
+TYPED_TEST(PointKernels, ConstantsAreReproduced) {
+    using T = TypeParam;
+    for_each_target([] {
+        for (const PatchClass& c : {PatchClass{PatchKind::Regular, 3, 4},
+                                    {PatchKind::EV, 3, 5},
+                                    {PatchKind::EF, 3, 6},
+                                    {PatchKind::EV, 3, 11}}) {
+            Net<T> net(c.n_points(), 3);
+            std::ranges::fill(net.values, T(1));
+            const PatchBasis basis(c);
+            for (const DomainPoint& p : domain_points(c)) {
+                detail::PointJet jet;
+                if (!basis.sum<T>(p, Chart::BaseUV, net.sum(1), jet))
+                    continue;
+                for (int r = 0; r < 3; ++r)
+                    EXPECT_NEAR(
+                        jet.value[r][0], r == 0,
+                        16 * std::numeric_limits<double>::epsilon() * scale(c, p, r > 0))
+                        << testing::PrintToString(c);
+            }
+        }
+    });
+}
+
+// Below this distance from a corner, where blends have no limit, there is no kernel.
+TYPED_TEST(PointKernels, CornersAreLeftToTheWeights) {
+    using T = TypeParam;
+    const PatchBasis basis({PatchKind::EV, 3, 5});
+    const Net<T> net(basis.patch_class().n_points(), 3);
+    detail::PointJet jet;
+    EXPECT_FALSE(basis.sum<T>({2, 1, 1}, Chart::BaseUV, net.sum(1), jet));
+    EXPECT_FALSE(basis.sum<T>({2, 1 - 1e-9, 1}, Chart::BaseUV, net.sum(1), jet));
+}
+
+}  // namespace
+}  // namespace osdx
