@@ -5,9 +5,11 @@
 # Installs what is missing of the packages that osdx needs; names are those of Debian 12.
 # Where it cannot install, it says what is needed and leaves the verdict to CMake.
 #
-# Usage: scripts/install_packages.sh [build | format]...
-#   build   to build, run and test (the default)
-#   format  to check the format of the sources
+# Usage: scripts/install_packages.sh [build | format | benchmarks | peers]...
+#   build       to build, run and test (the default)
+#   format      to check the format of the sources
+#   benchmarks  to build the benchmarks
+#   peers       what they measure beside the libraries that osdx itself uses
 
 set -euo pipefail
 
@@ -17,6 +19,8 @@ build=(g++ cmake ninja-build pkg-config
     libcli11-dev nlohmann-json3-dev libtinygltf-dev libpng-dev libstb-dev
     libgtest-dev)
 format=(clang-format-14)
+benchmarks=(libbenchmark-dev)
+peers=(libcgal-dev)
 
 # Fails when there is no use in going on to CMake.
 by_hand() {
@@ -44,8 +48,10 @@ for group in "${@:-build}"; do
     case $group in
         build) wanted+=("${build[@]}") ;;
         format) wanted+=("${format[@]}") ;;
+        benchmarks) wanted+=("${benchmarks[@]}") ;;
+        peers) wanted+=("${peers[@]}") ;;
         *)
-            echo "usage: $0 [build | format]..." >&2
+            echo "usage: $0 [build | format | benchmarks | peers]..." >&2
             exit 2
             ;;
     esac

@@ -1,0 +1,75 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <random>
+
+#include "benchmarks/ours.h"
+#include "benchmarks/peers.h"
+#include "benchmarks/stages.h"
+
+namespace osdx::bench {
+namespace {
+
+/// So many that their output and the points of their patches stay in the second cache.
+constexpr std::size_t kPlaces = 8192;
+
+/// Anywhere on any of the faces, in no order.
+std::vector<Place> random_places(std::span<const Index> faces) {
+    std::mt19937 random(1);  // its numbers are the same everywhere
+    const auto unit = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
+    std::vector<Place> places;
+    for (std::size_t i = 0; i < kPlaces; ++i)
+        places.push_back({faces[random() % std::min<std::size_t>(faces.size(), 1024)],
+                          unit(), unit()});
+    return places;
+}
+
+Way all_at_once(const SampleWay& way) {
+    return into_buffer(way, kPlaces, 1);
+}
+
+void measure(Suite& suite, const char* stage, const BenchMesh& mesh,
+             const FloatSurface& surface, std::span<const Index> faces, int isolation,
+             double tolerance) {
+    constexpr std::size_t kFewest = 32;
+    if (faces.size() < kFewest || !suite.wants(stage))
+        return;
+    const auto places = random_places(faces);
+    const SampleWay ours = our_points(surface, places);
+    auto peers = opensubdiv_points(mesh, places, isolation);
+    std::ranges::move(embree_points(mesh, places), std::back_inserter(peers));
+    const auto a = evaluate_all(ours, kPlaces);
+    std::vector<Way> ways;
+    for (const SampleWay& peer : peers) {
+        const auto b = evaluate_all(peer, kPlaces);
+        double gap = 0;
+        for (std::size_t i = 0; i < kPlaces; ++i)
+            gap = std::max<double>(gap, glm::length(a[i].p - b[i].p));
+        suite.check(mesh.name + ": " + peer.name + ", p", gap / diagonal(mesh.data),
+                    tolerance);
+        ways.push_back(all_at_once(peer));
+    }
+    suite.compare({stage, mesh.name, mesh.n_faces(), 3, 1, double(kPlaces), "points"},
+                  all_at_once(ours), ways);
+}
+
+}  // namespace
+
+void evaluate_points_stage(Suite& suite, std::span<const BenchMesh> meshes) {
+    if (!suite.wants_any({"evaluate_point_regular", "evaluate_point_ev5"}))
+        return;
+    for (const BenchMesh& mesh : meshes) {
+        if (mesh.n_faces() > kLargestForStencils)
+            continue;
+        const FloatSurface surface = make_surface(mesh, surface_options(3));
+        measure(suite, "evaluate_point_regular", mesh, surface,
+                regular_faces(surface.surface), kIsolation, 1e-5);
+        // One Gregory patch over each face follows the limit in its own way.
+        measure(suite, "evaluate_point_ev5", mesh, surface, ev_faces(surface.surface, 5),
+                0, 0.03);
+    }
+}
+
+}  // namespace osdx::bench
