@@ -381,21 +381,26 @@ void product_of_order(const Table<T>& table, const Batch<T>& batch,
     }
 }
 
+/// With the number of columns known to the compiler up to kMaxColumns.
+constexpr int kMaxColumns = 8;
+
+template <int K, bool kInterleaved, class T>
+void any_product(const Table<T>& table, const Batch<T>& batch, const Target<T>& target,
+                 T* scratch) {
+    if (table.product_degree + 1 == K)
+        return product_of_order<K, kInterleaved>(table, batch, target, scratch);
+    if constexpr (K < kMaxColumns)
+        any_product<K + 1, kInterleaved>(table, batch, target, scratch);
+    else
+        product_of_order<0, kInterleaved>(table, batch, target, scratch);
+}
+
 template <bool kInterleaved, class T>
 void any_table(const Table<T>& table, const Batch<T>& batch, const Target<T>& target,
                T* scratch) {
-    switch (table.product_degree) {
-        case 0:
-            return full<kInterleaved>(table, batch, target);
-        case 3:
-            return product_of_order<4, kInterleaved>(table, batch, target, scratch);
-        case 5:
-            return product_of_order<6, kInterleaved>(table, batch, target, scratch);
-        case 7:
-            return product_of_order<8, kInterleaved>(table, batch, target, scratch);
-        default:
-            return product_of_order<0, kInterleaved>(table, batch, target, scratch);
-    }
+    if (table.product_degree == 0)
+        return full<kInterleaved>(table, batch, target);
+    any_product<kMinDegree + 1, kInterleaved>(table, batch, target, scratch);
 }
 
 // --------------------------------------------------------------------------------- layouts
