@@ -151,6 +151,7 @@ void measure_sizes(Suite& suite, const BenchMesh& small, const BenchMesh& large)
     Way way = small_grid.in_cache();
     way.name = "grid, " + small.name;
     way.items = small.n_faces();
+    way.bytes = 0;  // of another mesh
     Case what = make_case("size", large, large_grid);
     what.items = large.n_faces();
     what.unit = "faces";
