@@ -19,17 +19,7 @@ using Kernel = CGAL::Simple_cartesian<double>;
 using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
 
 Mesh refine(const MeshData& data, int levels) {
-    Mesh mesh;
-    std::vector<Mesh::Vertex_index> vertices, corners;
-    for (const Vec3<double>& p : data.positions)
-        vertices.push_back(mesh.add_vertex({p.x, p.y, p.z}));
-    auto next = data.face_vertices.begin();
-    for (const Index size : data.face_sizes) {
-        corners.clear();
-        for (Index i = 0; i < size; ++i)
-            corners.push_back(vertices[*next++]);
-        mesh.add_face(corners);
-    }
+    auto mesh = add_faces<Mesh, Mesh::Vertex_index>(data);
     CGAL::Subdivision_method_3::CatmullClark_subdivision(
         mesh, CGAL::parameters::number_of_iterations(levels));
     return mesh;

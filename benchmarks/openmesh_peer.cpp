@@ -16,17 +16,7 @@ struct Traits : OpenMesh::DefaultTraits {
 using Mesh = OpenMesh::PolyMesh_ArrayKernelT<Traits>;
 
 Mesh refine(const MeshData& data, int levels) {
-    Mesh mesh;
-    std::vector<Mesh::VertexHandle> vertices, corners;
-    for (const Vec3<double>& p : data.positions)
-        vertices.push_back(mesh.add_vertex({p.x, p.y, p.z}));
-    auto next = data.face_vertices.begin();
-    for (const Index size : data.face_sizes) {
-        corners.clear();
-        for (Index i = 0; i < size; ++i)
-            corners.push_back(vertices[*next++]);
-        mesh.add_face(corners);
-    }
+    auto mesh = add_faces<Mesh, Mesh::VertexHandle>(data);
     OpenMesh::Subdivider::Uniform::CatmullClarkT<Mesh> subdivider;
     subdivider.attach(mesh);
     subdivider(static_cast<std::size_t>(levels));

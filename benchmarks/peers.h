@@ -52,6 +52,24 @@ struct RefineWay {
     /// Borders are refined as cubic B-splines, as ours.
     bool same_border = true;
 };
+/// A mesh of a library whose add_vertex() takes three coordinates and whose add_face() takes
+/// vertices.
+template <class Mesh, class Vertex>
+Mesh add_faces(const MeshData& data) {
+    Mesh mesh;
+    std::vector<Vertex> vertices, corners;
+    for (const Vec3<double>& p : data.positions)
+        vertices.push_back(mesh.add_vertex({p.x, p.y, p.z}));
+    auto next = data.face_vertices.begin();
+    for (const Index size : data.face_sizes) {
+        corners.clear();
+        for (Index i = 0; i < size; ++i)
+            corners.push_back(vertices[*next++]);
+        mesh.add_face(corners);
+    }
+    return mesh;
+}
+
 /// \param full  all of the topology on the last level, too, instead of the vertices of faces
 std::vector<RefineWay> opensubdiv_refine(const BenchMesh& mesh, int levels, bool full);
 std::vector<RefineWay> openmesh_refine(const BenchMesh& mesh, int levels);

@@ -4,8 +4,6 @@
 #include "far/dual_refinement.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <glm/geometric.hpp>
@@ -19,11 +17,13 @@
 #include <vector>
 
 #include "far/refine.h"
+#include "tests/refine_support.h"
 #include "tests/test_meshes.h"
 
 namespace osdx {
 namespace {
 
+using test::base_points;
 using test::NamedMesh;
 
 constexpr int kEvenDegrees[] = {2, 4, 6};
@@ -33,11 +33,6 @@ std::vector<V> points(const DualRefinement& r, const std::vector<V>& base) {
     std::vector<V> out(r.n_vertices());
     r.points(std::span<const V>(base), std::span(out));
     return out;
-}
-
-template <class T>
-std::vector<Vec3<T>> base_points(const MeshData& mesh) {
-    return {mesh.positions.begin(), mesh.positions.end()};
 }
 
 /// Infinitely sharp creases and corners on random edges and vertices.
@@ -98,20 +93,11 @@ std::multiset<std::vector<Index>> face_set(const std::vector<Index>& sizes,
 /// has weights whose absolute values sum to 7; it has a sixteenth of the weight, or less.
 template <class T>
 double rounding(const Refinement& r, const MeshData& mesh) {
-    std::size_t sum = 0;
-    for (int l = 1; l < r.n_levels(); ++l) {
-        for (const StencilTable& factor : r.level(l).factors) {
-            std::size_t longest = 9;
-            for (Index row = 0; row < factor.n_rows(); ++row)
-                longest =
-                    std::max(longest, factor.offsets[row + 1] - factor.offsets[row]);
-            sum += longest;
-        }
-    }
     double largest = 0;
     for (const auto& p : mesh.positions)
         largest = std::max(largest, glm::length(p));
-    return 2 * double(sum) * double(std::numeric_limits<T>::epsilon()) * largest;
+    return 2 * double(test::sum_of_longest_rows(r, 9)) *
+           double(std::numeric_limits<T>::epsilon()) * largest;
 }
 
 /// Edges with one face.
@@ -224,10 +210,7 @@ TEST(DualRefinement, DoesNotDependOnThreads) {
         const DualRefinement r = refined(mesh, d, 4);
         const auto run = [&](int n_threads) {
             std::pair<std::vector<Vec3<float>>, std::vector<Index>> result;
-            tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                      n_threads);
-            tbb::task_arena arena(n_threads);
-            arena.execute([&] {
+            test::with_threads(n_threads, [&] {
                 result.first = points(r, base_points<float>(mesh));
                 std::vector<Index> sizes(r.n_faces());
                 result.second.resize(r.n_halfedges());

@@ -18,16 +18,9 @@
 #include <vector>
 
 #include "eval/surface_jet.h"
+#include "tests/patch_class_names.h"
 
 namespace osdx {
-
-/// How GoogleTest names a class of patches: "EV d3 n5".
-void PrintTo(const PatchClass& c, std::ostream* out) {
-    *out << (c.kind == PatchKind::Regular ? "Regular"
-             : c.kind == PatchKind::EV    ? "EV"
-                                          : "EF")
-         << " d" << c.degree << " n" << c.n_sectors;
-}
 
 namespace {
 

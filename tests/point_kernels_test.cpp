@@ -17,18 +17,11 @@
 
 #include "eval/evaluator.h"
 #include "eval/patch_basis.h"
+#include "tests/patch_class_names.h"
 
 // The kernels of single points against the weights that PatchBasis::for_each_weight gives.
 
 namespace osdx {
-
-/// How GoogleTest names a class of patches: "EV d3 n5".
-void PrintTo(const PatchClass& c, std::ostream* out) {
-    *out << (c.kind == PatchKind::Regular ? "Regular"
-             : c.kind == PatchKind::EV    ? "EV"
-                                          : "EF")
-         << " d" << c.degree << " n" << c.n_sectors;
-}
 
 namespace {
 

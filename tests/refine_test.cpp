@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/refine_support.h"
 #include "tests/test_meshes.h"
 
 namespace osdx {
@@ -36,17 +37,7 @@ Refinement refined(const MeshData& mesh, int degree, int levels) {
 /// by at most m eps: m/2 roundings of the weights and as many of the sum, each relative to
 /// the largest point. The factors' errors add up.
 double rounding(const Refinement& r) {
-    std::size_t sum = 0;
-    for (int l = 1; l < r.n_levels(); ++l) {
-        for (const StencilTable& factor : r.level(l).factors) {
-            std::size_t longest = 0;
-            for (Index row = 0; row < factor.n_rows(); ++row)
-                longest =
-                    std::max(longest, factor.offsets[row + 1] - factor.offsets[row]);
-            sum += longest;
-        }
-    }
-    return double(sum) * std::numeric_limits<double>::epsilon();
+    return double(test::sum_of_longest_rows(r)) * std::numeric_limits<double>::epsilon();
 }
 
 double largest(const std::vector<Point>& points) {

@@ -4,8 +4,6 @@
 #include "far/uniform_refinement.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -19,11 +17,13 @@
 #include <vector>
 
 #include "far/refine.h"
+#include "tests/refine_support.h"
 #include "tests/test_meshes.h"
 
 namespace osdx {
 namespace {
 
+using test::base_points;
 using test::NamedMesh;
 
 constexpr int kOddDegrees[] = {3, 5, 7};
@@ -34,11 +34,6 @@ std::vector<V> points(const UniformRefinement& r, const std::vector<V>& base) {
     std::vector<V> out(r.grids().n_vertices());
     r.points(std::span<const V>(base), std::span(out));
     return out;
-}
-
-template <class T>
-std::vector<Vec3<T>> base_points(const MeshData& mesh) {
-    return {mesh.positions.begin(), mesh.positions.end()};
 }
 
 /// Creases and corners of every sharpness on random edges and vertices, and a hole.
@@ -145,20 +140,11 @@ Refinement reference(const MeshData& mesh, int degree, int n_levels) {
 /// two, whose weights are then below two. The factors of the levels add up, and both sides err.
 template <class T>
 double rounding(const Refinement& r, const MeshData& mesh) {
-    std::size_t sum = 0;
-    for (int l = 1; l < r.n_levels(); ++l) {
-        for (const StencilTable& factor : r.level(l).factors) {
-            std::size_t longest = 0;
-            for (Index row = 0; row < factor.n_rows(); ++row)
-                longest =
-                    std::max(longest, factor.offsets[row + 1] - factor.offsets[row]);
-            sum += longest;
-        }
-    }
     double largest = 0;
     for (const auto& p : mesh.positions)
         largest = std::max(largest, glm::length(p));
-    return 2 * double(sum) * double(std::numeric_limits<T>::epsilon()) * largest;
+    return 2 * double(test::sum_of_longest_rows(r)) *
+           double(std::numeric_limits<T>::epsilon()) * largest;
 }
 
 template <class T>
@@ -329,10 +315,7 @@ TEST(UniformRefinement, DoesNotDependOnThreads) {
         const auto base = base_points<float>(mesh);
         const auto run = [&](int n_threads) {
             std::pair<std::vector<Vec3<float>>, std::vector<Index>> result;
-            tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                      n_threads);
-            tbb::task_arena arena(n_threads);
-            arena.execute([&] {
+            test::with_threads(n_threads, [&] {
                 result.first = points(r, base);
                 result.second.resize(r.grids().n_halfedges());
                 face_vertices(r.grids(), result.second);
