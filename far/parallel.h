@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
-#include <memory>
 #include <utility>
 #include <vector>
 
@@ -92,12 +91,6 @@ void for_each_numbered(std::size_t n, std::size_t size, Count&& count,
 /// Sets a flag that several threads may set.
 inline void set_flag(std::uint8_t& flag) noexcept {
     std::atomic_ref(flag).store(1, std::memory_order_relaxed);
-}
-
-/// An array that nothing is written to before its first use.
-template <class T>
-std::unique_ptr<T[]> uninitialised(std::size_t n) {
-    return std::make_unique_for_overwrite<T[]>(n);
 }
 
 }  // namespace osdx::detail

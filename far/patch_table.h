@@ -166,8 +166,8 @@ private:
     StencilTable refined_points_;
     std::vector<Index> row_groups_;
     std::vector<PatchClass> classes_;
-    detail::Buffer<Record> patches_;
-    detail::Buffer<Index> points_;  // of all patches, from first_point on
+    Buffer<Record> patches_;
+    Buffer<Index> points_;  // of all patches, from first_point on
     std::vector<detail::PatchLeaf> leaves_;
     std::vector<Index> nodes_;  // roots first: one per quarter
 };

@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "far/buffer.h"
 #include "far/parallel.h"
 #include "far/topology.h"
 
@@ -120,8 +121,7 @@ public:
     };
 
     explicit Outgoing(const Topology& t)
-        : offsets_(t.n_vertices() + 1, 0),
-          entries_(detail::uninitialised<Entry>(t.n_halfedges())) {
+        : offsets_(t.n_vertices() + 1, 0), entries_(t.n_halfedges()) {
         const auto counter = [&](Index v) { return std::atomic_ref<Index>(offsets_[v]); };
         detail::for_each_index(t.n_halfedges(), [&](Index h) {
             counter(t.vertex[h]).fetch_add(1, std::memory_order_relaxed);
@@ -139,13 +139,13 @@ public:
             }
         });
         detail::for_each_index(t.n_vertices(), [&](Index v) {
-            Entry* const begin = entries_.get() + offsets_[v];
-            std::sort(begin, entries_.get() + offsets_[v + 1]);
+            Entry* const begin = entries_.data() + offsets_[v];
+            std::sort(begin, entries_.data() + offsets_[v + 1]);
         });
     }
 
     std::span<const Entry> of(Index vertex) const {
-        return {entries_.get() + offsets_[vertex],
+        return {entries_.data() + offsets_[vertex],
                 offsets_[vertex + 1] - offsets_[vertex]};
     }
 
@@ -158,7 +158,7 @@ public:
 
 private:
     std::vector<Index> offsets_;
-    std::unique_ptr<Entry[]> entries_;
+    Buffer<Entry> entries_;
 };
 
 /// An edge has at most two faces, which run along it in opposite directions: so from one
