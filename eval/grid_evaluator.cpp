@@ -150,6 +150,10 @@ public:
         const Topology& base = table_.base();
         if (!table_.has_surface(face))
             return;
+        const Index whole = table_.whole_patch(face);
+        if (whole != kInvalidIndex)
+            return add_tile({whole, 0, {0, 0}, 2, 0}, {0, 0}, {rate_, rate_}, rate_ + 1,
+                            0, shapes, tiles);
         const Index first = base.face_offsets[face], n = base.face_size(face);
         pieces_.clear();
         for (Index corner = 0; corner < n; ++corner)

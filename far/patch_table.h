@@ -132,6 +132,10 @@ public:
     PatchPoint locate(const QuarterPoint& point,
                       Vec2<double> towards = {-1, -1}) const noexcept;
 
+    /// The square patch that covers a quad alone, its domain in the frame of the quad;
+    /// kInvalidIndex where there is none.
+    Index whole_patch(Index face) const noexcept;
+
     /// Every leaf with its place in its quarter.
     std::vector<Cell> cells() const;
     /// Appends those of one quarter, in the order of its quadtree: squares that make up a larger
