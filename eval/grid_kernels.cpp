@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <cstring>
 
-// Vectors whose length the compiler does not know cannot stand in arrays.
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#include "eval/targets.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "eval/grid_kernels.cpp"
 #include <hwy/cache_control.h>
@@ -69,9 +69,9 @@ private:
 /// G vectors of rows, from row `first` on, of P patches: x, y, z of each to `sums`, patch by
 /// patch.
 template <std::size_t G, std::size_t P, class T>
-HWY_INLINE void full_group(const Table<T>& table, const T* HWY_RESTRICT points,
-                           const Index* const* indices, std::size_t first,
-                           T* HWY_RESTRICT sums) {
+HWY_NOINLINE void full_group(const Table<T>& table, const T* HWY_RESTRICT points,
+                             const Index* const* indices, std::size_t first,
+                             T* HWY_RESTRICT sums) {
     const Tag<T> d;
     constexpr std::size_t N = kLanes<T>, kPerPanel = kPanel<T> / N;
     const std::size_t n = static_cast<std::size_t>(table.n_points);
@@ -421,6 +421,7 @@ struct ProductVector {
     SomeLanes<T> lanes[kOrder + 1];
     std::ptrdiff_t offset[kOrder + 1];  // of lane 0 from the first element
 
+    HWY_INLINE ProductVector() : weights(nullptr), pattern(0), offset{} {}
     HWY_INLINE ProductVector(const Table<T>& table, std::size_t first,
                              std::size_t coordinate)
         : weights(table.weights + table.along_i(kInterleaved) + first),
@@ -436,46 +437,54 @@ struct ProductVector {
     }
 };
 
-/// Along j: y-th derivatives and, after them, higher ones, of sums along i of all rows of
-/// control points.
+/// Along j: y-th derivatives and, after them, higher ones, of V vectors of sums along i of all
+/// rows of control points.
 /// \param w   the basis along j
 /// \param to  the first sample of the patch, by derivative
-template <int K, int kOrder, int y, bool kInterleaved, class T>
+template <int K, int kOrder, int V, int y, bool kInterleaved, class T, std::size_t kRows>
 HWY_INLINE void product_columns(const Table<T>& table, const T* HWY_RESTRICT w,
-                                const Vec<T>* sums,
-                                const ProductVector<kOrder, kInterleaved, T>& vector,
+                                const Vec<T> (&sums)[V][kRows],
+                                const ProductVector<kOrder, kInterleaved, T>* vectors,
                                 const Target<T>& target, T* const* to) {
     const Tag<T> d;
     const int n = n_columns<K>(table), ny = table.ny;
     constexpr int kParts = kOrder + 1 - y;
     T* row[kParts];
     std::ptrdiff_t stride[kParts];
-    SomeLanes<T> lanes[kParts];
-    bool none = true;
+    SomeLanes<T> lanes[V][kParts];
+    bool none[V], all_none = true;
     for (int q = 0; q < kParts; ++q) {
         const int r = (q + y) * (q + y + 1) / 2 + y;
-        lanes[q] = vector.lanes[q];
         stride[q] = target.row_stride[r];
-        row[q] = to[r] + vector.offset[q];
-        none = none && lanes[q].none();
+        row[q] = to[r] + vectors[0].offset[q];
     }
-    if (!none) {
-        const T* HWY_RESTRICT wj = w;
-#pragma GCC unroll 4
-        for (int j = 0; j < ny; ++j, wj += n) {
-            Vec<T> sum = hn::Mul(hn::Set(d, wj[0]), sums[0]);
+    for (int v = 0; v < V; ++v) {
+        none[v] = true;
+        for (int q = 0; q < kParts; ++q) {
+            lanes[v][q] = vectors[v].lanes[q];
+            none[v] = none[v] && lanes[v][q].none();
+        }
+        all_none = all_none && none[v];
+    }
+    const T* HWY_RESTRICT wj = w;
+    for (int j = 0; j < ny && !all_none; ++j, wj += n) {
+        for (int v = 0; v < V; ++v) {
+            if (none[v])
+                continue;
+            Vec<T> sum = hn::Mul(hn::Set(d, wj[0]), sums[v][0]);
             for (int k = 1; k < n; ++k)
-                sum = hn::MulAdd(hn::Set(d, wj[k]), sums[k], sum);
+                sum = hn::MulAdd(hn::Set(d, wj[k]), sums[v][k], sum);
             for (int q = 0; q < kParts; ++q) {
-                if (!lanes[q].none())
-                    lanes[q].store(sum, row[q]);
-                row[q] += stride[q];
+                if (!lanes[v][q].none())
+                    lanes[v][q].store(sum, row[q] + v * kLanes<T>);
             }
         }
+        for (int q = 0; q < kParts; ++q)
+            row[q] += stride[q];
     }
     if constexpr (y < kOrder)
-        product_columns<K, kOrder, y + 1>(table, w + std::ptrdiff_t(ny) * n, sums, vector,
-                                          target, to);
+        product_columns<K, kOrder, V, y + 1>(table, w + std::ptrdiff_t(ny) * n, sums,
+                                             vectors, target, to);
 }
 
 template <class T>
@@ -489,62 +498,84 @@ HWY_INLINE void gather(const Batch<T>& batch, std::size_t patch, int n, T* out) 
     }
 }
 
-template <int K, int kOrder, bool kInterleaved, class T>
+/// V vectors of one patch.
+template <int K, int kOrder, int V, bool kInterleaved, class T>
 HWY_INLINE void product_of_patch(const Table<T>& table, std::size_t size,
                                  const T* HWY_RESTRICT along_j,
                                  const T* HWY_RESTRICT points,
-                                 const ProductVector<kOrder, kInterleaved, T>& vector,
+                                 const ProductVector<kOrder, kInterleaved, T>* vectors,
                                  const Target<T>& target, T* const* to) {
     const Tag<T> d;
     const int n = n_columns<K>(table);
     constexpr auto kStride = std::ptrdiff_t(kPointStride);
     const std::ptrdiff_t along_k = table.transposed ? kStride * n : kStride,
                          along_row = table.transposed ? kStride : kStride * n;
-    const T* HWY_RESTRICT weights = vector.weights;
-    const Pattern<kInterleaved, T> pattern = vector.pattern;
-    Vec<T> sums[K > 0 ? K : kMaxDegree + 1];
+    Vec<T> sums[V][K > 0 ? K : kMaxDegree + 1];
     for (int row = 0; row < n; ++row) {
         const T* p = points + row * along_row;
-        Vec<T> sum = hn::Mul(hn::Load(d, weights), pattern(p));
-        for (int k = 1; k < n; ++k)
-            sum = hn::MulAdd(hn::Load(d, weights + k * size), pattern(p + k * along_k),
-                             sum);
-        sums[row] = sum;
+        for (int v = 0; v < V; ++v)
+            sums[v][row] =
+                hn::Mul(hn::Load(d, vectors[v].weights), vectors[v].pattern(p));
+        for (int k = 1; k < n; ++k) {
+            p += along_k;
+            for (int v = 0; v < V; ++v)
+                sums[v][row] = hn::MulAdd(hn::Load(d, vectors[v].weights + k * size),
+                                          vectors[v].pattern(p), sums[v][row]);
+        }
     }
-    product_columns<K, kOrder, 0>(table, along_j, sums, vector, target, to);
+    product_columns<K, kOrder, V, 0>(table, along_j, sums, vectors, target, to);
+}
+
+/// V vectors, from element `first` of the stream on, of all patches.
+template <int K, int kOrder, int V, bool kInterleaved, class T>
+HWY_INLINE void product_group(const Table<T>& table, const Batch<T>& batch,
+                              const Target<T>& target, std::size_t first,
+                              std::size_t coordinate) {
+    constexpr int n = K > 0 ? K : kMaxDegree + 1;
+    constexpr int kDerivatives = (kOrder + 1) * (kOrder + 2) / 2;
+    const std::size_t size = table.padded_row(kInterleaved ? 3 : 1);
+    const T* const along_j = table.weights + table.along_j();
+    ProductVector<kOrder, kInterleaved, T> vectors[V];
+    for (std::size_t v = 0; v < V; ++v)
+        vectors[v] = {table, first + v * kLanes<T>, coordinate};
+    HWY_ALIGN T points[kPointStride * n * n];
+    for (std::size_t b = 0; b < batch.n; ++b) {
+        gather(batch, b, table.n_points, points);
+        T* to[kDerivatives];
+        for (int r = 0; r < kDerivatives; ++r)
+            to[r] = target.data[r] + batch.first_samples[b] * target.sample_stride[r] +
+                    std::ptrdiff_t(coordinate) * target.channel_stride[r];
+        product_of_patch<K, kOrder, V>(table, size, along_j, points, vectors, target, to);
+    }
+}
+
+/// product_group() for any number of vectors up to V.
+template <int K, int kOrder, int V, bool kInterleaved, class T>
+HWY_INLINE void product_groups(std::size_t n_vectors, const Table<T>& table,
+                               const Batch<T>& batch, const Target<T>& target,
+                               std::size_t first, std::size_t coordinate) {
+    if constexpr (V > 1) {
+        if (n_vectors < V)
+            return product_groups<K, kOrder, V - 1, kInterleaved>(
+                n_vectors, table, batch, target, first, coordinate);
+    }
+    product_group<K, kOrder, V, kInterleaved>(table, batch, target, first, coordinate);
 }
 
 template <int K, int kOrder, bool kInterleaved, class T>
 HWY_NOINLINE void product(const Table<T>& table, const Batch<T>& batch,
                           const Target<T>& target) {
-    // Some vectors at a time, of all patches.
-    constexpr std::size_t N = kLanes<T>, kGroup = 4;
-    constexpr int n = K > 0 ? K : kMaxDegree + 1;
-    constexpr int kDerivatives = (kOrder + 1) * (kOrder + 2) / 2;
-    const std::size_t size = table.padded_row(kInterleaved ? 3 : 1);
-    const T* const along_j = table.weights + table.along_j();
+    // As many as half of the registers hold the sums of, in the layout that is common.
+    constexpr std::size_t N = kLanes<T>;
+    constexpr bool kMany =
+        HWY_TARGET <= HWY_AVX3 && kInterleaved && sizeof(T) == 4 && K > 0;
+    constexpr int V = kMany ? std::clamp(16 / std::max(K, 1), 1, 3) : 1;
     const std::size_t length =
         (kInterleaved ? 3 : 1) * (kOrder + 1) * std::size_t(table.nx);
-    HWY_ALIGN T points[kPointStride * n * n];
     for (std::size_t c = 0; c < (kInterleaved ? 1 : 3); ++c) {
-        for (std::size_t first = 0; first < length; first += kGroup * N) {
-            const ProductVector<kOrder, kInterleaved, T> vectors[kGroup] = {
-                {table, first, c},
-                {table, first + N, c},
-                {table, first + 2 * N, c},
-                {table, first + 3 * N, c}};
-            for (std::size_t b = 0; b < batch.n; ++b) {
-                gather(batch, b, table.n_points, points);
-                T* to[kDerivatives];
-                for (int r = 0; r < kDerivatives; ++r)
-                    to[r] = target.data[r] +
-                            batch.first_samples[b] * target.sample_stride[r] +
-                            std::ptrdiff_t(c) * target.channel_stride[r];
-                for (std::size_t v = 0; v < kGroup && first + v * N < length; ++v)
-                    product_of_patch<K, kOrder, kInterleaved>(
-                        table, size, along_j, points, vectors[v], target, to);
-            }
-        }
+        for (std::size_t first = 0; first < length; first += V * N)
+            product_groups<K, kOrder, V, kInterleaved>((length - first + N - 1) / N,
+                                                       table, batch, target, first, c);
     }
 }
 
@@ -561,15 +592,13 @@ void product_of_order(const Table<T>& table, const Batch<T>& batch,
     }
 }
 
-/// With the number of columns known to the compiler up to kMaxColumns.
-constexpr int kMaxColumns = 8;
-
-template <int K, bool kInterleaved, class T>
+/// With the number of columns known to the compiler from K up to kLast.
+template <int K, int kLast, bool kInterleaved, class T>
 void any_product(const Table<T>& table, const Batch<T>& batch, const Target<T>& target) {
     if (table.product_degree + 1 == K)
         return product_of_order<K, kInterleaved>(table, batch, target);
-    if constexpr (K < kMaxColumns)
-        any_product<K + 1, kInterleaved>(table, batch, target);
+    if constexpr (K < kLast)
+        any_product<K + 1, kLast, kInterleaved>(table, batch, target);
     else
         product_of_order<0, kInterleaved>(table, batch, target);
 }
@@ -578,7 +607,10 @@ template <bool kInterleaved, class T>
 void any_table(const Table<T>& table, const Batch<T>& batch, const Target<T>& target) {
     if (table.product_degree == 0)
         return full<kInterleaved>(table, batch, target);
-    any_product<kMinDegree + 1, kInterleaved>(table, batch, target);
+    // Degrees 2 to 7 of the layout that is common, 3 of others.
+    constexpr int kFirst = kInterleaved ? kMinDegree + 1 : 4,
+                  kLast = kInterleaved ? 8 : 4;
+    any_product<kFirst, kLast, kInterleaved>(table, batch, target);
 }
 
 // --------------------------------------------------------------------------------- layouts
