@@ -169,7 +169,7 @@ private:
     detail::Buffer<Record> patches_;
     detail::Buffer<Index> points_;  // of all patches, from first_point on
     std::vector<detail::PatchLeaf> leaves_;
-    std::vector<Index> nodes_;  // roots first: one per quarter
+    detail::Buffer<Index> nodes_;  // roots first: one per quarter
 };
 
 /// What covers the surface where its neighbourhood is not regular.

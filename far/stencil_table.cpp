@@ -39,40 +39,21 @@ StencilTable detail::joined(std::span<StencilTable> tables) {
 
 StencilTable compose(const StencilTable& second, const StencilTable& first,
                      Index n_inputs) {
-    // Gustavson (1978): one dense accumulator, cleared by the list of touched entries.
-    struct Sums {
-        explicit Sums(Index n) : sum(n, 0.0), touched(n, false) {}
-        std::vector<double> sum;
-        std::vector<std::uint8_t> touched;
-        std::vector<Index> row;
-    };
-    tbb::enumerable_thread_specific<Sums> of_thread(n_inputs);
-    return detail::make_row_chunks(second.n_rows(), [&](Index begin, Index end,
-                                                        StencilTable& result) {
-        auto& [sum, touched, row] = of_thread.local();
-        for (Index r = begin; r < end; ++r) {
-            row.clear();
-            for (std::size_t k = second.offsets[r]; k < second.offsets[r + 1]; ++k) {
-                const Index s = second.indices[k];
-                for (std::size_t m = first.offsets[s]; m < first.offsets[s + 1]; ++m) {
-                    const Index i = first.indices[m];
-                    if (!touched[i]) {
-                        touched[i] = true;
-                        row.push_back(i);
-                    }
-                    sum[i] += second.weights[k] * first.weights[m];
+    tbb::enumerable_thread_specific<detail::DenseRow> of_thread;
+    return detail::make_row_chunks(
+        second.n_rows(), [&](Index begin, Index end, StencilTable& result) {
+            detail::DenseRow& row = of_thread.local();
+            row.fit(n_inputs);
+            for (Index r = begin; r < end; ++r) {
+                for (std::size_t k = second.offsets[r]; k < second.offsets[r + 1]; ++k) {
+                    const Index s = second.indices[k];
+                    for (std::size_t m = first.offsets[s]; m < first.offsets[s + 1]; ++m)
+                        row.add(first.indices[m], second.weights[k] * first.weights[m]);
                 }
+                row.take([&](Index i, double w) { result.add(i, w); });
+                result.end_row();
             }
-            std::ranges::sort(row);
-            for (const Index i : row) {
-                if (sum[i] != 0.0)
-                    result.add(i, sum[i]);
-                sum[i] = 0.0;
-                touched[i] = false;
-            }
-            result.end_row();
-        }
-    });
+        });
 }
 
 }  // namespace osdx

@@ -82,7 +82,7 @@ TEST(Refine, CountsVerticesAsItSays) {
             const Index cells = above.n_vertices() + above.n_edges + above.n_faces();
             ASSERT_EQ(t.n_vertices(), odd ? cells : above.n_halfedges());
             ASSERT_EQ(t.n_faces(), odd ? above.n_halfedges() : cells);
-            ASSERT_EQ(r.level(l).factors.back().n_rows(), t.n_vertices());
+            ASSERT_EQ(r.factors(l).back().n_rows(), t.n_vertices());
         }
     });
 }
@@ -242,9 +242,9 @@ TEST(StencilTable, ComposeMultiplies) {
     second.add(1, 1.0);
     second.end_row();
     const StencilTable both = compose(second, first, 3);
-    EXPECT_EQ(both.offsets, (std::vector<std::size_t>{0, 3, 4}));
-    EXPECT_EQ(both.indices, (std::vector<Index>{0, 1, 2, 1}));
-    EXPECT_EQ(both.weights, (std::vector<double>{0.125, 0.5, 0.375, 1.0}));
+    EXPECT_EQ(both.offsets, (detail::Buffer<std::size_t>{0, 3, 4}));
+    EXPECT_EQ(both.indices, (detail::Buffer<Index>{0, 1, 2, 1}));
+    EXPECT_EQ(both.weights, (detail::Buffer<double>{0.125, 0.5, 0.375, 1.0}));
 }
 
 TEST(Refine, WithoutLevelsIsTheMesh) {
