@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "benchmarks/peers.h"
+#include "far/buffer.h"
 
 #ifdef OSDX_HAS_OPENSUBDIV
 #include <omp.h>
@@ -69,7 +70,7 @@ UpdateWay update_way(std::string name, std::shared_ptr<const Patches> patches,
 
 struct Refined {
     Refiner refiner;
-    std::vector<Point<double, 3>> points;  // of all levels
+    Buffer<Point<double, 3>> points;  // of all levels
 };
 
 enum class By { Interpolation, Stencils };

@@ -10,9 +10,10 @@
 #include "benchmarks/ours.h"
 #include "benchmarks/peers.h"
 #include "benchmarks/stages.h"
+#include "far/buffer.h"
 #include "far/dual_refinement.h"
 #include "far/features.h"
-#include "far/mesh.h"
+#include "far/topology.h"
 #include "far/uniform_refinement.h"
 
 namespace osdx::bench {
@@ -21,15 +22,14 @@ namespace {
 enum class Connectivity { FaceVertices, Full };
 
 struct Refined {
-    std::vector<Vec3<double>> points;
-    std::vector<Index> face_sizes, face_vertices;
+    Buffer<Vec3<double>> points;
+    Buffer<Index> face_sizes, face_vertices;
     Topology topology;
 };
 
 template <class R>
-std::vector<Vec3<double>> refined_points(const R& refinement, Index n,
-                                         const MeshData& mesh) {
-    std::vector<Vec3<double>> points(n);
+Buffer<Vec3<double>> refined_points(const R& refinement, Index n, const MeshData& mesh) {
+    Buffer<Vec3<double>> points(n);
     refinement.points(std::span(mesh.positions), std::span(points));
     return points;
 }
@@ -37,7 +37,7 @@ std::vector<Vec3<double>> refined_points(const R& refinement, Index n,
 /// From arrays, as the peers.
 /// \pre the connectivity of even degrees is FaceVertices
 Refined refine(const MeshData& mesh, int degree, int levels, Connectivity connectivity) {
-    Topology base = build_topology(*build_mesh(mesh));
+    Topology base = *build_topology(mesh);
     const Features features = *build_features(
         mesh, base, {.ignore_tags = true, .boundary = BoundaryRule::EdgeOnly});
     Refined r;
@@ -73,7 +73,7 @@ void check(Suite& suite, const BenchMesh& mesh, std::span<const RefineWay> peers
            int levels) {
     const auto expected = refine(mesh.data, 3, levels, Connectivity::FaceVertices).points;
     const double size = diagonal(mesh.data);
-    const Topology base = build_topology(*build_mesh(mesh.data));
+    const Topology base = *build_topology(mesh.data);
     const bool has_border =
         std::ranges::find(base.twin, kInvalidIndex) != base.twin.end();
     for (const RefineWay& peer : peers) {

@@ -21,6 +21,7 @@
 
 #include "eval/bspline_basis.h"
 #include "eval/grid_kernels.h"
+#include "far/buffer.h"
 
 namespace osdx {
 namespace {
@@ -130,24 +131,14 @@ T to_weight(double w) noexcept {
 }
 
 /// The control points of a patch as if `sector` were sector 0.
-template <class T>
-void gather(std::span<const Vec3<T>> points, std::span<const Index> indices,
-            const std::array<Ring, 2>& rings, Index sector, T* out) noexcept {
-    const auto copy = [&](int first, int last) {
-        for (int i = first; i < last; ++i, out += 3)
-            std::memcpy(out, &points[indices[i]], 3 * sizeof(T));
-    };
-    int next = 0;
+void turn_points(std::span<const Index> points, const std::array<Ring, 2>& rings,
+                 Index sector, Index* out) noexcept {
+    std::ranges::copy(points, out);
     for (const Ring& ring : rings) {
-        if (ring.size == 0 || sector == 0)
-            continue;
-        const int shifted = ring.first + static_cast<int>(sector) * ring.shift;
-        copy(next, ring.first);
-        copy(shifted, ring.first + ring.size);
-        copy(ring.first, shifted);
-        next = ring.first + ring.size;
+        const auto first = points.begin() + ring.first;
+        std::rotate_copy(first, first + static_cast<int>(sector) * ring.shift,
+                         first + ring.size, out + ring.first);
     }
-    copy(next, static_cast<int>(indices.size()));
 }
 
 /// Cuts the samples of faces into tiles.
@@ -159,6 +150,10 @@ public:
         const Topology& base = table_.base();
         if (!table_.has_surface(face))
             return;
+        const Index whole = table_.whole_patch(face);
+        if (whole != kInvalidIndex)
+            return add_tile({whole, 0, {0, 0}, 2, 0}, {0, 0}, {rate_, rate_}, rate_ + 1,
+                            0, shapes, tiles);
         const Index first = base.face_offsets[face], n = base.face_size(face);
         pieces_.clear();
         for (Index corner = 0; corner < n; ++corner)
@@ -308,15 +303,15 @@ struct GridEvaluator<T>::Plan {
     // Blocks are whole units; their tiles are sorted by shape.
     std::vector<Index> first_unit{0}, first_tile{0};
     std::vector<Tile> tiles;
+    Buffer<Index> turned_points;  // of tiles whose sector is not 0
     std::vector<Shape> shapes;
     // By shape. Without weights where there is no table.
     std::vector<grid::Table<T>> tables;
-    std::vector<std::array<Ring, 2>> rings;
     AlignedArray<T> weights;
     std::size_t n_weights = 0;
     std::size_t n_single_samples = 0;
-    // Elements of scratch memory: for a tile, the points of a batch, a derivative in a block.
-    std::size_t tile_space = 0, point_space = 0, block_space = 0;
+    // Elements of scratch memory: for a tile, a derivative in a block.
+    std::size_t tile_space = 0, block_space = 0;
 
     const PatchTable& table() const noexcept { return evaluator->table(); }
     int n_values() const noexcept { return n_derivatives(options.order); }
@@ -343,26 +338,22 @@ struct GridEvaluator<T>::Plan {
 
     std::size_t n_blocks() const noexcept { return first_unit.size() - 1; }
 
-    /// Patches that go to a kernel at a time: as many as the first cache holds the points of.
+    /// Patches that go to a kernel at a time.
     static constexpr std::size_t kMaxBatch = 16;
-    static std::size_t batch_size(const grid::Table<T>& t) noexcept {
-        constexpr std::size_t kBytes = 8192;
-        return std::clamp(kBytes / (3 * sizeof(T) * t.n_points), std::size_t(1),
-                          kMaxBatch);
-    }
 
     void make_tables();
+    void turn_sectors();
     void make_full(const Shape& shape, Index patch, T* out) const;
-    void make_product(const Shape& shape, T* out) const;
+    void make_product(const Shape& shape, const grid::Table<T>& t, T* out) const;
     /// \param first_tile_of  by unit, whose tiles follow one another
     void make_blocks(const std::vector<Index>& first_tile_of);
 
     std::size_t block_size(std::size_t b) const noexcept {
         return first_sample[first_unit[b + 1]] - first_sample[first_unit[b]];
     }
-    /// Of a thread: for the points of a batch, a tile, and the values of a block.
+    /// Of a thread: for the values of a tile and of a block.
     struct Scratch {
-        AlignedArray<T> points, values, block;
+        AlignedArray<T> values, block;
     };
     SampleBuffers<T> block_buffers(const Scratch& local) const noexcept {
         SampleBuffers<T> buffers;
@@ -385,7 +376,7 @@ struct GridEvaluator<T>::Plan {
     template <class F>
     void for_each_local(bool with_block, F&& f) const {
         tbb::enumerable_thread_specific<Scratch> scratch([&] {
-            return Scratch{AlignedArray<T>(point_space), AlignedArray<T>(tile_space),
+            return Scratch{AlignedArray<T>(tile_space),
                            AlignedArray<T>(with_block ? block_space * n_values() : 0)};
         });
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n_blocks()),
@@ -410,13 +401,11 @@ void GridEvaluator<T>::Plan::make_tables() {
         patch[tile.shape] = tile.patch;
     }
     tables.resize(shapes.size());
-    rings.resize(shapes.size());
     std::vector<std::size_t> size(shapes.size());
     for (std::size_t s = 0; s < shapes.size(); ++s) {
         const Shape& shape = shapes[s];
         const PatchClass& c = table().classes()[shape.patch_class];
         const bool product = c.kind == PatchKind::Regular && domain_points.empty();
-        rings[s] = osdx::rings(c);
         grid::Table<T>& t = tables[s];
         t = {nullptr,
              options.order,
@@ -425,9 +414,7 @@ void GridEvaluator<T>::Plan::make_tables() {
              c.n_points(),
              product ? c.degree : 0,
              product && shape.turns % 2 == 1};
-        const std::size_t order1 = options.order + 1;
-        size[s] = product ? (c.degree + 1) * (grid::padded<T>(order1 * shape.nx) +
-                                              grid::padded<T>(order1 * shape.ny))
+        size[s] = product ? t.n_product_weights()
                           : t.n_points * (n_values() * grid::padded<T>(t.n_samples()));
     }
 
@@ -446,18 +433,40 @@ void GridEvaluator<T>::Plan::make_tables() {
         made.emplace_back(s, n_weights);
         n_weights = end;
         tile_space = std::max(tile_space, grid::scratch_size(tables[s]));
-        point_space =
-            std::max(point_space, batch_size(tables[s]) * 3 * tables[s].n_points);
     }
     weights = AlignedArray<T>(n_weights);
     tbb::parallel_for(std::size_t(0), made.size(), [&](std::size_t m) {
         const auto [s, place] = made[m];
         T* out = weights.data() + place;
         if (tables[s].product_degree > 0)
-            make_product(shapes[s], out);
+            make_product(shapes[s], tables[s], out);
         else
             make_full(shapes[s], patch[s], out);
         tables[s].weights = out;
+    });
+}
+
+/// Tables are those of sector 0: patches are turned to it.
+template <class T>
+void GridEvaluator<T>::Plan::turn_sectors() {
+    std::vector<std::size_t> first(tiles.size() + 1, 0);
+    const auto turns = [&](const Tile& tile) {
+        const grid::Table<T>& t = tables[tile.shape];
+        return tile.sector > 0 && t.weights && t.product_degree == 0 &&
+               rings(table().classes()[shapes[tile.shape].patch_class])[0].size > 0;
+    };
+    for (std::size_t i = 0; i < tiles.size(); ++i)
+        first[i + 1] = first[i] + (turns(tiles[i]) ? tables[tiles[i].shape].n_points : 0);
+    turned_points.resize(first.back());
+    tbb::parallel_for(std::size_t(0), tiles.size(), [&](std::size_t i) {
+        if (first[i] == first[i + 1])
+            return;
+        Tile& tile = tiles[i];
+        Index* const out = turned_points.data() + first[i];
+        turn_points(std::span(tile.points, first[i + 1] - first[i]),
+                    rings(table().classes()[shapes[tile.shape].patch_class]), tile.sector,
+                    out);
+        tile.points = out;
     });
 }
 
@@ -483,7 +492,8 @@ void GridEvaluator<T>::Plan::make_full(const Shape& shape, Index patch, T* out) 
 }
 
 template <class T>
-void GridEvaluator<T>::Plan::make_product(const Shape& shape, T* out) const {
+void GridEvaluator<T>::Plan::make_product(const Shape& shape, const grid::Table<T>& t,
+                                          T* out) const {
     const PatchClass& c = table().classes()[shape.patch_class];
     const int n = c.degree + 1, order = options.order;
     // i runs along one axis of the chart, up or down, j along the other.
@@ -506,14 +516,16 @@ void GridEvaluator<T>::Plan::make_product(const Shape& shape, T* out) const {
             factor *= double(direction) * scale * (q + 1);
         }
     };
-    const std::size_t size = grid::padded<T>(std::size_t(order + 1) * shape.nx);
-    std::fill_n(out, n * size, T(0));
+    std::fill_n(out, t.n_product_weights(), T(0));
     for (int i = 0; i < shape.nx; ++i) {
         make(i, swapped ? shape.origin.y : shape.origin.x,
-             swapped ? along_i.y : along_i.x,
-             [&](int q, int k, T w) { out[k * size + q * shape.nx + i] = w; });
+             swapped ? along_i.y : along_i.x, [&](int q, int k, T w) {
+                 const std::size_t row = std::size_t(q) * shape.nx + i;
+                 out[k * t.padded_row(1) + row] = w;
+                 std::fill_n(out + t.along_i(true) + k * t.padded_row(3) + 3 * row, 3, w);
+             });
     }
-    out += n * size;
+    out += t.along_j();
     for (int j = 0; j < shape.ny; ++j) {
         make(j, swapped ? shape.origin.x : shape.origin.y,
              swapped ? along_j.x : along_j.y,
@@ -566,7 +578,6 @@ void GridEvaluator<T>::Plan::evaluate_block(std::span<const Vec3<T>> points,
         target.sample_stride[r] = out[r].sample_stride;
         target.channel_stride[r] = out[r].channel_stride;
     }
-    std::array<Index, kMaxBatch> first_samples;
     const Index last = first_tile[block + 1];
     for (Index i = first_tile[block]; i < last;) {
         const Index shape = tiles[i].shape;
@@ -577,15 +588,16 @@ void GridEvaluator<T>::Plan::evaluate_block(std::span<const Vec3<T>> points,
             evaluate_single(points, tiles[i++], target);
             continue;
         }
-        const std::size_t most = batch_size(t), n_points = t.n_points;
-        T* p = local.points.data();
+        std::array<const Index*, kMaxBatch> indices;
+        std::array<Index, kMaxBatch> first_samples;
         std::size_t n = 0;
-        for (; n < most && i < last && tiles[i].shape == shape; ++i, ++n) {
-            gather(points, std::span(tiles[i].points, n_points), rings[shape],
-                   tiles[i].sector, p + n * 3 * n_points);
+        for (; n < kMaxBatch && i < last && tiles[i].shape == shape; ++i, ++n) {
+            indices[n] = tiles[i].points;
             first_samples[n] = tiles[i].first_sample;
         }
-        kernel(t, {n, p, first_samples.data()}, target, local.values.data());
+        kernel(t,
+               {n, &points[0].x, &points.back().x, indices.data(), first_samples.data()},
+               target, local.values.data());
     }
 }
 
@@ -673,6 +685,7 @@ GridEvaluator<T>::GridEvaluator(const Evaluator& evaluator, int rate,
                                                                       : n * quarter);
     }
     plan->make_tables();
+    plan->turn_sectors();
     plan->make_blocks(first_tile);
     plan_ = std::move(plan);
 }
@@ -696,6 +709,7 @@ GridEvaluator<T>::GridEvaluator(const Evaluator& evaluator, Index patch_class,
     }
     plan->shapes.push_back({patch_class, 0, {0, 0}, 0, 0, n, 1, n});
     plan->make_tables();
+    plan->turn_sectors();
     std::vector<Index> first_tile(plan->tiles.size() + 1);
     std::iota(first_tile.begin(), first_tile.end(), Index(0));
     plan->make_blocks(first_tile);

@@ -52,7 +52,7 @@ struct GridOptions {
     /// evaluation point by point: 2 pays where the plan is used once.
     Index min_table_uses = 1;
     /// Of the values in a block for for_each_block().
-    std::size_t block_bytes = std::size_t(64) << 10;
+    std::size_t block_bytes = std::size_t(256) << 10;
     /// Arrays of structures that together have at least so many bytes are written past the
     /// caches, which saves reading them first.
     std::size_t stream_bytes = std::size_t(128) << 20;

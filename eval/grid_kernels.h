@@ -30,8 +30,9 @@ constexpr std::size_t padded(std::size_t n) {
 /// matrix with n_points columns. Its panels, kPanel rows each, follow one another, and within a
 /// panel the columns.
 /// Product (regular patches): first the basis along i, column k of derivative q at i in row
-/// q nx + i of a matrix with degree + 1 columns, stored by columns, each padded(); then that
-/// along j, column k of derivative q at j in (q ny + j) (degree + 1) + k.
+/// q nx + i of a matrix with degree + 1 columns, stored by columns, each padded(); then the same
+/// with each row three times over, for x, y, z by turns; then the basis along j, column k of
+/// derivative q at j in (q ny + j) (degree + 1) + k.
 template <class T>
 struct Table {
     const T* weights;  ///< aligned to kPanelBytes
@@ -44,6 +45,21 @@ struct Table {
 
     std::size_t n_samples() const noexcept { return std::size_t(nx) * ny; }
     int n_derivatives() const noexcept { return (order + 1) * (order + 2) / 2; }
+
+    // Of products: where the parts of the weights start, and how many there are in all.
+    std::size_t along_i(bool interleaved) const noexcept {
+        return interleaved ? (product_degree + 1) * padded_row(1) : 0;
+    }
+    std::size_t along_j() const noexcept {
+        return (product_degree + 1) * (padded_row(1) + padded_row(3));
+    }
+    std::size_t n_product_weights() const noexcept {
+        return along_j() + padded<T>(std::size_t(order + 1) * ny * (product_degree + 1));
+    }
+    /// A column of the basis along i.
+    std::size_t padded_row(std::size_t n_coordinates) const noexcept {
+        return padded<T>(n_coordinates * (order + 1) * nx);
+    }
 };
 
 /// Elements of scratch memory that a kernel needs for a table.
@@ -70,8 +86,10 @@ struct Target {
 template <class T>
 struct Batch {
     std::size_t n;
-    const T* points;             ///< of each patch n_points times x, y, z
-    const Index* first_samples;  ///< where the rectangle of each starts
+    const T* points;              ///< x, y, z of all control points
+    const T* last_point;          ///< the last of these: nothing behind it is read
+    const Index* const* indices;  ///< the control points of each patch
+    const Index* first_samples;   ///< where the rectangle of each starts
 };
 
 /// Values and derivatives of patches at the samples of a table.

@@ -3,43 +3,36 @@
 
 #include "far/buffer.h"
 
-#include <cstdint>
-#include <cstdlib>
-#include <new>
-
-#ifdef __linux__
+#if __has_include(<sys/mman.h>)
 #include <sys/mman.h>
 #endif
 
 namespace osdx::detail {
 namespace {
 
-/// Advises the system to use large pages for what of them lies in the array; it may decline.
-void advise_large_pages([[maybe_unused]] void* array,
-                        [[maybe_unused]] std::size_t n_bytes) noexcept {
-#ifdef MADV_HUGEPAGE
-    constexpr std::size_t kPage = std::size_t(1) << 21;
-    if (n_bytes < 2 * kPage)
-        return;
-    const auto address = reinterpret_cast<std::uintptr_t>(array);
-    const std::size_t before = (kPage - address % kPage) % kPage,
-                      size = (n_bytes - before) / kPage * kPage;
-    madvise(static_cast<char*>(array) + before, size, MADV_HUGEPAGE);
-#endif
-}
+constexpr std::size_t kLargePage = std::size_t(2) << 20;
+/// Smaller arrays would leave much of their pages empty.
+constexpr std::size_t kLarge = 2 * kLargePage;
 
 }  // namespace
 
-void* allocate_array(std::size_t n_bytes) {
-    void* const array = std::malloc(n_bytes > 0 ? n_bytes : 1);
-    if (!array)
-        throw std::bad_alloc();
-    advise_large_pages(array, n_bytes);
-    return array;
+void* allocate_buffer(std::size_t bytes) {
+    if (bytes < kLarge)
+        return ::operator new(bytes);
+    void* p = ::operator new(bytes, std::align_val_t(kLargePage));
+#ifdef MADV_HUGEPAGE
+    // Advice: where the system does not take it, memory is as good as ever. Whole pages only, so
+    // that no other allocation's pages are meant.
+    (void)madvise(p, bytes & ~(kLargePage - 1), MADV_HUGEPAGE);
+#endif
+    return p;
 }
 
-void free_array(void* array) noexcept {
-    std::free(array);
+void free_buffer(void* p, std::size_t bytes) noexcept {
+    if (bytes < kLarge)
+        ::operator delete(p);
+    else
+        ::operator delete(p, std::align_val_t(kLargePage));
 }
 
 }  // namespace osdx::detail

@@ -4,28 +4,39 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
+#include <limits>
+#include <new>
 #include <utility>
 #include <vector>
 
-namespace osdx::detail {
+namespace osdx {
+namespace detail {
 
-/// Memory for an array, of large pages where it is large and the system has them: fewer of them
-/// are to be found and cleared, which is a fifth of the time in which a large table is built.
-/// \throw std::bad_alloc
-void* allocate_array(std::size_t n_bytes);
-void free_array(void* array) noexcept;
+/// From some megabytes on in pages of that size where the system has them: the first touch of a
+/// large array costs more than what is written to it, and a large page a third of small ones.
+/// \param bytes  > 0
+/// \throws std::bad_alloc
+void* allocate_buffer(std::size_t bytes);
+/// \param bytes  as it was allocated
+void free_buffer(void* p, std::size_t bytes) noexcept;
 
-/// Leaves numbers without a value as they are: for arrays that all threads fill, so that not
-/// one of them writes zeros first.
+/// Leaves numbers without a value as they are, so that no thread writes zeros to what all of
+/// them fill.
 template <class T>
-struct UninitialisedAllocator : std::allocator<T> {
+struct BufferAllocator {
+    using value_type = T;
+
+    BufferAllocator() noexcept = default;
     template <class U>
-    struct rebind {
-        using other = UninitialisedAllocator<U>;
-    };
-    T* allocate(std::size_t n) { return static_cast<T*>(allocate_array(n * sizeof(T))); }
-    void deallocate(T* array, std::size_t) noexcept { free_array(array); }
+    BufferAllocator(const BufferAllocator<U>&) noexcept {}
+
+    T* allocate(std::size_t n) {
+        if (n > std::numeric_limits<std::size_t>::max() / sizeof(T))
+            throw std::bad_array_new_length();
+        return static_cast<T*>(allocate_buffer(n * sizeof(T)));
+    }
+    void deallocate(T* p, std::size_t n) noexcept { free_buffer(p, n * sizeof(T)); }
+
     template <class U>
     void construct(U* p) noexcept {
         ::new (static_cast<void*>(p)) U;
@@ -34,10 +45,18 @@ struct UninitialisedAllocator : std::allocator<T> {
     void construct(U* p, Args&&... args) {
         ::new (static_cast<void*>(p)) U(std::forward<Args>(args)...);
     }
+    template <class U>
+    bool operator==(const BufferAllocator<U>&) const noexcept {
+        return true;
+    }
 };
 
-/// An array; resize() adds elements without a value.
-template <class T>
-using Buffer = std::vector<T, UninitialisedAllocator<T>>;
+}  // namespace detail
 
-}  // namespace osdx::detail
+/// An array that may be large: what Buffer<T>(n) and resize(n) add has no value until it is
+/// written to, and memory comes in large pages where the system has them. T is a number or a
+/// structure of numbers.
+template <class T>
+using Buffer = std::vector<T, detail::BufferAllocator<T>>;
+
+}  // namespace osdx

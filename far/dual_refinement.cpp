@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cassert>
-#include <memory>
 #include <utility>
 
+#include "far/buffer.h"
 #include "far/point_rows.h"
 #include "far/refine_step.h"
 
@@ -438,10 +438,9 @@ void DualRefinement::points(std::span<const V> base, std::span<V> out) const {
     const auto n_points = [&](Index size) {
         return std::size_t(first_curve(size)) + 2 * size * n_borders();
     };
-    const auto other = std::make_unique_for_overwrite<T[]>(
-        C * n_points(n_smoothings > 0 ? size_ : size_ / 2));
+    Buffer<T> other(C * n_points(n_smoothings > 0 ? size_ : size_ / 2));
     const auto target = [&] {
-        return --passes_left % 2 == 0 ? &out.data()->x : other.get();
+        return --passes_left % 2 == 0 ? &out.data()->x : other.data();
     };
 
     // To level 1: each corner to the middle of itself, its face and two edges.

@@ -4,7 +4,6 @@
 #include "far/grid_rules.h"
 
 #include <algorithm>
-#include <map>
 #include <tuple>
 #include <utility>
 
@@ -34,6 +33,44 @@ struct Meeting {
     /// Chaikin's average of one of them.
     double average(double s) const {
         return is_semi_sharp(s) && n > 1 ? 0.75 * s + 0.25 * (sum - s) / (n - 1) : s;
+    }
+};
+
+/// Values of some of many vertices.
+template <class T>
+class OfVertices {
+public:
+    explicit OfVertices(Index n_vertices) : place_(n_vertices, kInvalidIndex) {}
+
+    T& operator[](Index v) {
+        if (place_[v] == kInvalidIndex) {
+            place_[v] = static_cast<Index>(values_.size());
+            values_.emplace_back();
+        }
+        return values_[place_[v]];
+    }
+    /// f(vertex, value) for those that have been asked for, in the order of the vertices.
+    template <class F>
+    void for_each(F&& f) const {
+        for (Index v = 0; v < place_.size(); ++v) {
+            if (place_[v] != kInvalidIndex)
+                f(v, values_[place_[v]]);
+        }
+    }
+
+private:
+    std::vector<Index> place_;
+    std::vector<T> values_;
+};
+
+/// The creases that meet at a vertex: how many, and where two of them go.
+struct Creases {
+    std::size_t n = 0;
+    EdgeEnd ends[2] = {};
+    void add(const EdgeEnd& end) {
+        if (n < 2)
+            ends[n] = end;
+        ++n;
     }
 };
 
@@ -81,7 +118,7 @@ std::vector<GridSharpness::Edge> GridSharpness::finer_edges(const QuadGrids& g) 
             std::ranges::transform(e.segments, e.segments.begin(), lowered);
         return finer;
     }
-    std::map<Index, Meeting> meetings;
+    OfVertices<Meeting> meetings(g.roots.n_vertices());
     for (const Edge& e : edges_) {
         meetings[g.roots.vertex[e.halfedge]].add(e.at(0));
         meetings[g.roots.to_vertex(e.halfedge)].add(e.at(g.size - 1));
@@ -115,10 +152,10 @@ GridRules GridSharpness::step(const QuadGrids& coarse) {
 
     struct Around {  // a vertex
         double before = 0, after = 0;
-        std::vector<EdgeEnd> creases_before, creases_after;
+        Creases creases_before, creases_after;
         EndOfSharpness end;
     };
-    std::map<Index, Around> around;
+    OfVertices<Around> around(coarse.roots.n_vertices());
     for (std::size_t i = 0; i < edges_.size(); ++i) {
         const Index h = edges_[i].halfedge;
         const auto before = [&](Index t) { return edges_[i].at(t / 2); };
@@ -128,9 +165,9 @@ GridRules GridSharpness::step(const QuadGrids& coarse) {
                 around[at_end ? coarse.roots.to_vertex(h) : coarse.roots.vertex[h]];
             const Index t = at_end ? n - 1 : 0;
             if (before(t) > 0)
-                a.creases_before.push_back({h, at_end});
+                a.creases_before.add({h, at_end});
             if (after(t) > 0)
-                a.creases_after.push_back({h, at_end});
+                a.creases_after.add({h, at_end});
             a.end.note(before(t), after(t));
         }
         // Inner points are on two segments: on a crease, or smooth.
@@ -158,9 +195,9 @@ GridRules GridSharpness::step(const QuadGrids& coarse) {
         a.after = s = lowered(s);
         a.end.note(a.before, a.after);
     }
-    for (const auto& [v, a] : around) {
-        const VertexRule from = vertex_rule(a.before, a.creases_before.size()),
-                         to = vertex_rule(a.after, a.creases_after.size());
+    around.for_each([&](Index v, const Around& a) {
+        const VertexRule from = vertex_rule(a.before, a.creases_before.n),
+                         to = vertex_rule(a.after, a.creases_after.n);
         const double w = from == to ? 1 : a.end.weight_before();
         SharpVertex rule{v};
         for (const auto& [which, weight, creases] :
@@ -169,14 +206,14 @@ GridRules GridSharpness::step(const QuadGrids& coarse) {
             if (weight == 0)
                 continue;
             if (which == VertexRule::Crease)
-                std::ranges::copy(*creases, rule.ends);
+                std::ranges::copy(creases->ends, rule.ends);
             (which == VertexRule::Corner   ? rule.corner
              : which == VertexRule::Crease ? rule.crease
                                            : rule.smooth) += weight;
         }
         if (rule.smooth < 1)
             rules.vertices.push_back(rule);
-    }
+    });
     if (smooth_triangles_) {
         const Topology& t = coarse.roots;
         rules.face_weights.assign(t.n_edges, 0.0);

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
-#include <memory>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -142,12 +141,6 @@ inline void raise(Index& number, Index to) noexcept {
     while (known < to &&
            !atom.compare_exchange_weak(known, to, std::memory_order_relaxed)) {
     }
-}
-
-/// An array that nothing is written to before its first use.
-template <class T>
-std::unique_ptr<T[]> uninitialised(std::size_t n) {
-    return std::make_unique_for_overwrite<T[]>(n);
 }
 
 }  // namespace osdx::detail

@@ -48,6 +48,18 @@ detail::PatchLeaf PatchTable::leaf(Index node) const noexcept {
             static_cast<std::uint8_t>(k)};
 }
 
+Index PatchTable::whole_patch(Index face) const noexcept {
+    if (base_.face_size(face) != 4 || degree_ % 2 == 0)
+        return kInvalidIndex;
+    const Index* root = nodes_.data() + base_.face_offsets[face];
+    const Index patch = root[0] & kPatchMask;
+    for (Index k = 0; k < 4; ++k) {
+        if (root[k] != (kLeafBit | kSquareBit | k << kQuarterShift | patch))
+            return kInvalidIndex;
+    }
+    return patches_[patch].level() == 0 ? patch : kInvalidIndex;
+}
+
 PatchPoint PatchTable::locate(const QuarterPoint& point,
                               Vec2<double> towards) const noexcept {
     assert(nodes_[point.quarter] != kInvalidIndex);  // has_surface()

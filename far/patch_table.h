@@ -132,6 +132,10 @@ public:
     PatchPoint locate(const QuarterPoint& point,
                       Vec2<double> towards = {-1, -1}) const noexcept;
 
+    /// The square patch that covers a quad alone, its domain in the frame of the quad;
+    /// kInvalidIndex where there is none.
+    Index whole_patch(Index face) const noexcept;
+
     /// Every leaf with its place in its quarter.
     std::vector<Cell> cells() const;
     /// Appends those of one quarter, in the order of its quadtree: squares that make up a larger
@@ -166,10 +170,10 @@ private:
     StencilTable refined_points_;
     std::vector<Index> row_groups_;
     std::vector<PatchClass> classes_;
-    detail::Buffer<Record> patches_;
-    detail::Buffer<Index> points_;  // of all patches, from first_point on
+    Buffer<Record> patches_;
+    Buffer<Index> points_;  // of all patches, from first_point on
     std::vector<detail::PatchLeaf> leaves_;
-    detail::Buffer<Index> nodes_;  // roots first: one per quarter
+    Buffer<Index> nodes_;  // roots first: one per quarter
 };
 
 /// What covers the surface where its neighbourhood is not regular.

@@ -525,7 +525,7 @@ private:
                                mirrored_rows_.weights[k]);
             chain.rows.end_row();
         }
-        const auto set_place = [&](Index& p, const detail::Buffer<Index>& place) {
+        const auto set_place = [&](Index& p, const Buffer<Index>& place) {
             p = p & PatchBatch::kMirrored ? first_mirrored + (p & ~PatchBatch::kMirrored)
                                           : place[p];
         };
@@ -569,8 +569,8 @@ private:
 
     int level_ = 0;
     std::optional<ControlMesh> mesh_;
-    detail::Buffer<Cover> cells_;           // per cell of this level
-    detail::Buffer<Index> node_;            // per cell of this level, from level 1 on
+    Buffer<Cover> cells_;                   // per cell of this level
+    Buffer<Index> node_;                    // per cell of this level, from level 1 on
     std::vector<Flags> wanted_;             // per level and vertex: read by a patch
     std::vector<Index> first_patch_;        // per level
     std::map<PointTerms, Index> mirrored_;  // of this level: their numbers

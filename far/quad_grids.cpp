@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <numeric>
 #include <vector>
 
 namespace osdx {
@@ -32,51 +31,79 @@ void fill_row(const QuadGrids& g, Index root, Index j, Index* row) {
         row[i] = first + (i - 1) * step;
 }
 
-/// A cell (i, j) of a root and one of its sides.
-struct CellSide {
-    Index i, j, side;
-};
+/// The halfedge of segment t, counted from the start of the side, of a side of a root.
+Index on_side(const QuadGrids& g, Index root, Index side, Index t) {
+    const Index last = g.size - 1;
+    const Index face = side == 0   ? g.face(root, t, 0)
+                       : side == 1 ? g.face(root, last, t)
+                       : side == 2 ? g.face(root, last - t, last)
+                                   : g.face(root, 0, last - t);
+    return 4 * face + side;
+}
 
-/// Segment t, counted from the start of the side, of a side of a root.
-CellSide segment(Index size, Index side, Index t) {
-    const Index last = size - 1;
-    switch (side) {
-        case 0:
-            return {t, 0, 0};
-        case 1:
-            return {last, t, 1};
-        case 2:
-            return {last - t, last, 2};
-        default:
-            return {0, last - t, 3};
+/// All that is told by halfedge, of the cells of a root.
+void link_root(const QuadGrids& g, Index root, Topology& t) {
+    const Index s = g.size, first = g.face(root, 0, 0);
+    const Index first_row = s * g.roots.n_edges + 2 * s * (s - 1) * root,
+                first_column = first_row + s * (s - 1);
+    // As if the grid went on beyond the sides of the root.
+    for (Index j = 0; j < s; ++j) {
+        Index f = first + s * j, h = 4 * f;
+        const Index below = first_row + s * (j - 1), above = below + s,
+                    left = first_column + (s - 1) * j - 1;
+        for (Index i = 0; i < s; ++i, ++f, h += 4) {
+            t.face_offsets[f] = h;
+            for (Index side = 0; side < 4; ++side)
+                t.face[h + side] = f;
+            t.twin[h] = h - 4 * s + 2;
+            t.twin[h + 1] = h + 4 + 3;
+            t.twin[h + 2] = h + 4 * s;
+            t.twin[h + 3] = h - 4 + 1;
+            t.edge[h] = below + i;
+            t.edge[h + 1] = left + i + 1;
+            t.edge[h + 2] = above + i;
+            t.edge[h + 3] = left + i;
+        }
+    }
+    for (Index side = 0; side < 4; ++side) {
+        const Index on_root = 4 * root + side, twin = g.roots.twin[on_root],
+                    edge = s * g.roots.edge[on_root];
+        for (Index k = 0; k < s; ++k) {
+            const Index h = on_side(g, root, side, k);
+            t.twin[h] = twin == kInvalidIndex ? kInvalidIndex
+                                              : on_side(g, twin / 4, twin % 4, s - 1 - k);
+            t.edge[h] = edge + (g.is_first(on_root) ? k : s - 1 - k);
+        }
     }
 }
 
-/// The cell beside another inside of a root. \return false where the root ends
-bool step_across(Index size, CellSide& c) {
-    switch (c.side) {
-        case 0:
-            if (c.j == 0)
-                return false;
-            --c.j;
-            break;
-        case 1:
-            if (c.i + 1 == size)
-                return false;
-            ++c.i;
-            break;
-        case 2:
-            if (c.j + 1 == size)
-                return false;
-            ++c.j;
-            break;
-        default:
-            if (c.i == 0)
-                return false;
-            --c.i;
+/// A halfedge for each vertex inside of a root and on its first edges: the border's, or the
+/// lowest.
+void link_vertices(const QuadGrids& g, Index root, std::span<Index> out) {
+    const Index s = g.size;
+    for (Index j = 1; j < s; ++j) {
+        const Index v = g.vertex(root, 1, j), h = 4 * g.face(root, 0, j - 1) + 2;
+        for (Index i = 0; i + 1 < s; ++i)
+            out[v + i] = h + 4 * i;
     }
-    c.side ^= 2;
-    return true;
+    for (Index side = 0; side < 4; ++side) {
+        const Index on_root = 4 * root + side, twin = g.roots.twin[on_root];
+        if (!g.is_first(on_root))
+            continue;
+        const Index v = g.edge_vertex(on_root, 1);
+        for (Index k = 1; k < s; ++k) {
+            // The cell before has its next corner there.
+            const auto lower = [&](Index of_root, Index of_side, Index at) {
+                const Index before = on_side(g, of_root, of_side, at - 1);
+                return std::min(on_side(g, of_root, of_side, at),
+                                before - of_side + ((of_side + 1) & 3));
+            };
+            out[v + k - 1] =
+                twin == kInvalidIndex
+                    ? on_side(g, root, side, k)
+                    : std::min(lower(root, side, k), lower(twin / 4, twin % 4, s - k));
+        }
+    }
 }
 
 }  // namespace
@@ -131,53 +158,35 @@ Topology to_topology(const QuadGrids& g) {
         return g.roots;
     Topology t;
     t.n_edges = g.n_edges();
+    t.quads_only = true;
     t.vertex.resize(g.n_halfedges());
     face_vertices(g, t.vertex);
     t.face_offsets.resize(g.n_faces() + 1);
-    for (Index f = 0; f <= g.n_faces(); ++f)
-        t.face_offsets[f] = 4 * f;
+    t.face_offsets.back() = g.n_halfedges();
     t.twin.resize(g.n_halfedges());
     t.edge.resize(g.n_halfedges());
     t.face.resize(g.n_halfedges());
-    t.vertex_halfedge.assign(g.n_vertices(), kInvalidIndex);
-    const auto halfedge = [&](Index root, const CellSide& c) {
-        return 4 * g.face(root, c.i, c.j) + c.side;
-    };
-    for (Index root = 0; root < g.roots.n_faces(); ++root) {
-        const Index first_row = s * g.roots.n_edges + 2 * s * (s - 1) * root;
-        const Index first_column = first_row + s * (s - 1);
-        for (Index j = 0; j < s; ++j) {
-            for (Index i = 0; i < s; ++i) {
-                for (Index side = 0; side < 4; ++side) {
-                    const Index h = halfedge(root, {i, j, side});
-                    t.face[h] = g.face(root, i, j);
-                    CellSide beside = {i, j, side};
-                    if (!step_across(s, beside))
-                        continue;
-                    t.twin[h] = halfedge(root, beside);
-                    t.edge[h] = side % 2 == 0
-                                    ? first_row + s * (j + (side == 2) - 1) + i
-                                    : first_column + (s - 1) * j + i + (side == 1) - 1;
-                }
-            }
+    t.vertex_halfedge.resize(g.n_vertices());
+    const tbb::blocked_range<Index> roots(0, g.roots.n_faces(), grain(s));
+    tbb::parallel_for(roots, [&](const tbb::blocked_range<Index>& range) {
+        for (Index root = range.begin(); root != range.end(); ++root) {
+            link_root(g, root, t);
+            link_vertices(g, root, t.vertex_halfedge);
         }
-        for (Index side = 0; side < 4; ++side) {
-            const Index on_root = 4 * root + side, twin = g.roots.twin[on_root];
-            for (Index k = 0; k < s; ++k) {
-                const Index h = halfedge(root, segment(s, side, k));
-                t.twin[h] = twin == kInvalidIndex
-                                ? kInvalidIndex
-                                : halfedge(twin / 4, segment(s, twin % 4, s - 1 - k));
-                t.edge[h] =
-                    s * g.roots.edge[on_root] + (g.is_first(on_root) ? k : s - 1 - k);
+    });
+    tbb::parallel_for(
+        tbb::blocked_range<Index>(0, g.roots.n_vertices(), 4096), [&](const auto& range) {
+            for (Index v = range.begin(); v != range.end(); ++v) {
+                Index lowest = kInvalidIndex;
+                g.roots.for_each_outgoing(v, [&](Index h) {
+                    lowest = std::min(lowest, on_side(g, h / 4, h % 4, 0));
+                });
+                const Index first = g.roots.vertex_halfedge[v];
+                t.vertex_halfedge[v] = first != kInvalidIndex && g.roots.is_border(first)
+                                           ? on_side(g, first / 4, first % 4, 0)
+                                           : lowest;
             }
-        }
-    }
-    for (Index h = 0; h < t.n_halfedges(); ++h) {
-        Index& out = t.vertex_halfedge[t.vertex[h]];
-        if (out == kInvalidIndex || t.is_border(h))
-            out = h;
-    }
+        });
     return t;
 }
 

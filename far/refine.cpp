@@ -90,8 +90,7 @@ std::shared_ptr<const detail::RefinedPart> part_of(const RefinedLevel& level,
     Submesh sub = submesh(level.topology, keep);
     auto result = std::make_shared<detail::RefinedPart>();
     RefinedLevel& part = result->level;
-    const auto select = [](const auto& from, const detail::Buffer<Index>& which,
-                           auto& to) {
+    const auto select = [](const auto& from, const Buffer<Index>& which, auto& to) {
         if (from.empty())
             return;
         to.resize(which.size());
@@ -240,8 +239,8 @@ namespace {
 /// The rows of a factor that are wanted.
 struct WantedRows {
     int level;
-    detail::Buffer<Index> rows, place;  // which, and by row: where
-    std::vector<StencilTable> tables;   // of kRowChunk rows each, over the factor before
+    Buffer<Index> rows, place;         // which, and by row: where
+    std::vector<StencilTable> tables;  // of kRowChunk rows each, over the factor before
     Index first = 0;
 };
 

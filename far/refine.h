@@ -75,7 +75,7 @@ struct RefinedLevel {
     std::shared_ptr<const detail::LevelRows> rows;
     /// By halfedge of the level above: the face (odd degrees) or vertex (even degrees) that
     /// its corner became; kInvalidIndex where that part was left out. Empty at level 0.
-    detail::Buffer<Index> children;
+    Buffer<Index> children;
     /// Even degrees: by vertex that comes from a corner, the halfedge that starts there in
     /// the face of that corner's vertex (at level 1) or face (later levels).
     std::vector<Index> corner_halfedges;
@@ -167,7 +167,7 @@ public:
         /// Where groups of rows begin, and the end; rows of a group read none of it.
         std::vector<Index> groups{0};
         /// By level and vertex: the place in the array; kInvalidIndex where it has none.
-        std::vector<detail::Buffer<Index>> place;
+        std::vector<Buffer<Index>> place;
     };
     /// \param wanted  by level and vertex; points on the way to these get rows as well. Those
     ///        of level 0 are there in any case, and nothing is asked of wanted[0].

@@ -182,7 +182,7 @@ Topology dual(const Topology& t, std::vector<Index>* halfedge_map) {
 Submesh submesh(const Topology& t, const Flags& keep) {
     Submesh s;
     Topology& r = s.topology;
-    detail::Buffer<Index> face, vertex, edge;  // their numbers in the part
+    Buffer<Index> face, vertex, edge;  // their numbers in the part
     s.faces = detail::flagged(keep, &face);
     r.quads_only = t.quads_only;
     r.face_offsets.resize(s.faces.size() + 1);

@@ -21,14 +21,13 @@ namespace osdx {
 /// Shapes: face_offsets n_faces + 1; vertex, twin, edge, face n_halfedges;
 /// vertex_halfedge n_vertices.
 struct Topology {
-    detail::Buffer<Index> face_offsets{0};
-    detail::Buffer<Index> vertex;  ///< where the halfedge starts
-    detail::Buffer<Index>
-        twin;  ///< on the other side of the edge; kInvalidIndex at a border
-    detail::Buffer<Index> edge;  ///< shared with the twin
-    detail::Buffer<Index> face;  ///< on the left of the halfedge
+    Buffer<Index> face_offsets{0};
+    Buffer<Index> vertex;  ///< where the halfedge starts
+    Buffer<Index> twin;    ///< on the other side of the edge; kInvalidIndex at a border
+    Buffer<Index> edge;    ///< shared with the twin
+    Buffer<Index> face;    ///< on the left of the halfedge
     /// One that starts here, the border's at a border vertex; kInvalidIndex if unused.
-    detail::Buffer<Index> vertex_halfedge;
+    Buffer<Index> vertex_halfedge;
     Index n_edges = 0;
     /// All faces are quads: then halfedge h is corner h modulo 4 of face h / 4, and walks about
     /// vertices read `twin` alone, which is what large meshes wait for. May be false for quads.
@@ -137,7 +136,7 @@ Topology dual(const Topology& topology, std::vector<Index>* halfedge_map = nullp
 /// A part of a mesh, and where its elements come from.
 struct Submesh {
     Topology topology;
-    detail::Buffer<Index> vertices, halfedges, edges, faces;  ///< of the whole mesh
+    Buffer<Index> vertices, halfedges, edges, faces;  ///< of the whole mesh
 };
 
 /// The faces that are kept, with their vertices, all in ascending order.

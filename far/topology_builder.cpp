@@ -241,7 +241,7 @@ private:
         for (const Side& s : sides)
             ++ends[s.low - first];
         std::inclusive_scan(ends.begin(), ends.end(), ends.begin());
-        detail::Buffer<End> lists(sides.size());
+        Buffer<End> lists(sides.size());
         for (const Side& s : sides)
             lists[--ends[s.low - first]] = {s.high, s.halfedge};
         // They are the beginnings by now.
@@ -297,7 +297,7 @@ private:
     std::size_t chunk_, n_blocks_;     // faces in a chunk
     int shift_ = 8;                    // a block has 1 << shift_ vertices
     std::vector<std::size_t> places_;  // by chunk and block
-    detail::Buffer<Side> sides_;
+    Buffer<Side> sides_;
 };
 
 /// Edges are numbered by the lower of their halfedges.

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cassert>
-#include <memory>
 #include <utility>
 
+#include "far/buffer.h"
 #include "far/grid_steps.h"
 
 namespace osdx {
@@ -87,10 +87,10 @@ void UniformRefinement::points(std::span<const V> base, std::span<V> out) const 
         n_other = grids().n_vertices();
     else if (n_levels_ > 1)
         n_other = QuadGrids{roots_, size_ / 2}.n_vertices();
-    const auto other = std::make_unique_for_overwrite<T[]>(C * n_other);
+    Buffer<T> other(C * n_other);
     const T* from = &base.data()->x;
     const auto target = [&] {
-        return --passes_left % 2 == 0 ? &out.data()->x : other.get();
+        return --passes_left % 2 == 0 ? &out.data()->x : other.data();
     };
     QuadGrids level = {roots_, 1};
     for (int l = 0; l < n_levels_; ++l) {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "osd_ext/surface.h"
+#include "tests/instruction_sets.h"
 #include "tests/test_meshes.h"
 
 namespace osdx {
@@ -222,6 +223,19 @@ TYPED_TEST(GridEvaluatorOf, HighDegreesEqualSinglePoints) {
 TYPED_TEST(GridEvaluatorOf, LargeRatesEqualSinglePoints) {
     for (const int rate : {17, 32, 61})
         expect_mesh<TypeParam>({"prism(5)", prism(5)}, {}, rate, 1);
+}
+
+/// Rows that are cut into vectors in all ways, of regular patches and others.
+TYPED_TEST(GridEvaluatorOf, EveryInstructionSetEqualsSinglePoints) {
+    for_each_target([] {
+        for (const int rate : {2, 3, 7, 8}) {
+            for (const int order : {0, 1, 2}) {
+                expect_mesh<TypeParam>({"pole(5)", pole(5, 3)}, {}, rate, order);
+                expect_mesh<TypeParam>({"prism(5)", prism(5)}, {.degree = 4}, rate,
+                                       order);
+            }
+        }
+    });
 }
 
 /// A pole of 360 sectors: its tables are those of one.

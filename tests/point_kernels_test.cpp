@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include <hwy/targets.h>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,6 +16,7 @@
 
 #include "eval/evaluator.h"
 #include "eval/patch_basis.h"
+#include "tests/instruction_sets.h"
 #include "tests/patch_class_names.h"
 
 // The kernels of single points against the weights that PatchBasis::for_each_weight gives.
@@ -25,20 +25,7 @@ namespace osdx {
 
 namespace {
 
-/// Runs a test once for each instruction set that this machine has, the best one last.
-template <class F>
-void for_each_target(F&& f) {
-    std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
-    std::ranges::reverse(targets);
-    for (const std::int64_t target : targets) {
-        SCOPED_TRACE(hwy::TargetName(target));
-        hwy::SetSupportedTargetsForTest(target);
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-        f();
-    }
-    hwy::SetSupportedTargetsForTest(0);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-}
+using test::for_each_target;
 
 /// Points of a sector: inside, on its sides and next to its corners.
 std::vector<DomainPoint> domain_points(const PatchClass& c) {

@@ -242,9 +242,9 @@ TEST(StencilTable, ComposeMultiplies) {
     second.add(1, 1.0);
     second.end_row();
     const StencilTable both = compose(second, first, 3);
-    EXPECT_EQ(both.offsets, (detail::Buffer<std::size_t>{0, 3, 4}));
-    EXPECT_EQ(both.indices, (detail::Buffer<Index>{0, 1, 2, 1}));
-    EXPECT_EQ(both.weights, (detail::Buffer<double>{0.125, 0.5, 0.375, 1.0}));
+    EXPECT_EQ(both.offsets, (Buffer<std::size_t>{0, 3, 4}));
+    EXPECT_EQ(both.indices, (Buffer<Index>{0, 1, 2, 1}));
+    EXPECT_EQ(both.weights, (Buffer<double>{0.125, 0.5, 0.375, 1.0}));
 }
 
 TEST(Refine, WithoutLevelsIsTheMesh) {

@@ -391,7 +391,7 @@ TEST(Topology, SubmeshKeepsFacesInTheirOrder) {
             const Flags keep(flags.begin(), flags.end());
             const Submesh sub = submesh(t, keep);
             const Topology& s = sub.topology;
-            detail::Buffer<Index> faces, halfedges;
+            Buffer<Index> faces, halfedges;
             std::vector<bool> vertex(t.n_vertices(), false), edge(t.n_edges, false);
             for (Index f = 0; f < t.n_faces(); ++f) {
                 if (!keep[f])
@@ -403,7 +403,7 @@ TEST(Topology, SubmeshKeepsFacesInTheirOrder) {
                 }
             }
             const auto ascending = [](const std::vector<bool>& used) {
-                detail::Buffer<Index> all;
+                Buffer<Index> all;
                 for (Index i = 0; i < used.size(); ++i) {
                     if (used[i])
                         all.push_back(i);
@@ -456,7 +456,7 @@ TEST(Topology, SubmeshOfAllIsTheMeshAndOfNoneIsEmpty) {
     }
     const Submesh loose =
         submesh(test::topology_of(cube_with_loose_vertices()), {1, 1, 1, 1, 1, 1});
-    EXPECT_EQ(loose.vertices, (detail::Buffer<Index>{1, 2, 3, 4, 5, 6, 7, 8}));
+    EXPECT_EQ(loose.vertices, (Buffer<Index>{1, 2, 3, 4, 5, 6, 7, 8}));
 }
 
 // The faces around one vertex, ring by ring: what local refinement takes.
