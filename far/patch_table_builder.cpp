@@ -14,6 +14,7 @@
 #include "far/patch_nets.h"
 #include "far/patch_table.h"
 #include "far/refine.h"
+#include "far/stencil_rows.h"
 
 namespace osdx {
 
@@ -24,7 +25,6 @@ using detail::Fan;
 using detail::PatchBatch;
 using detail::PatchLevel;
 using detail::PatchNets;
-using detail::PointTerms;
 
 /// Walks the levels of refinement and lays patches on each: those that PatchNets makes, as far
 /// as they do not overlap. The nets are made on all threads, their numbers follow the order of
@@ -198,7 +198,7 @@ private:
         mesh_.emplace(child, options_.degree, false);
         first_patch_.push_back(table_.n_patches());
         wanted_.emplace_back(topology().n_vertices());
-        mirrored_.clear();
+        mirrored_.forget();
     }
 
     /// Even degrees: the corners at a vertex, in the order of its cell's frame.
@@ -476,20 +476,9 @@ private:
     Index control_point(const PatchBatch& batch, Index point) {
         if (!(point & PatchBatch::kMirrored))
             return point;
-        const StencilTable& rows = batch.mirrored;
-        const Index row = point & ~PatchBatch::kMirrored;
-        PointTerms terms;
-        for (std::size_t k = rows.offsets[row]; k < rows.offsets[row + 1]; ++k)
-            terms.emplace_back(rows.indices[k], rows.weights[k]);
-        const auto [it, is_new] =
-            mirrored_.try_emplace(std::move(terms), mirrored_rows_.n_rows());
-        if (is_new) {
-            for (const auto& [vertex, weight] : it->first)
-                mirrored_rows_.add(vertex, weight);
-            mirrored_rows_.end_row();
-            mirrored_levels_.push_back(level_);
-        }
-        return PatchBatch::kMirrored | it->second;
+        const Index row = mirrored_.find_or_add(batch.mirrored, point & ~PatchBatch::kMirrored);
+        mirrored_levels_.resize(mirrored_.rows().n_rows(), level_);
+        return PatchBatch::kMirrored | row;
     }
 
     static bool has_mirrored(std::span<const Index> net) {
@@ -509,22 +498,28 @@ private:
 
     void place_points() {
         first_patch_.push_back(table_.n_patches());
-        for (Index r = 0; r < mirrored_rows_.n_rows(); ++r) {
+        const StencilTable& mirrored = mirrored_.rows();
+        for (Index r = 0; r < mirrored.n_rows(); ++r) {
             const int l = mirrored_levels_[r];
-            for (auto k = mirrored_rows_.offsets[r];
-                 l > 0 && k < mirrored_rows_.offsets[r + 1]; ++k)
-                wanted_[l][mirrored_rows_.indices[k]] = true;
+            for (auto k = mirrored.offsets[r]; l > 0 && k < mirrored.offsets[r + 1]; ++k)
+                wanted_[l][mirrored.indices[k]] = true;
         }
-        Refinement::Chain chain = refinement_.chain(std::move(wanted_));
+        Refinement::Chain chain =
+            refinement_.chain(std::move(wanted_), mirrored_.rows());
         const Index first_mirrored = refinement_.n_base_points() + chain.rows.n_rows();
-        for (Index r = 0; r < mirrored_rows_.n_rows(); ++r) {
+        const std::size_t first_entry = chain.rows.indices.size(),
+                          first_offset = chain.rows.offsets.size();
+        chain.rows.indices.resize(first_entry + mirrored.indices.size());
+        chain.rows.weights.resize(first_entry + mirrored.indices.size());
+        chain.rows.offsets.resize(first_offset + mirrored.n_rows());
+        detail::for_each_index(mirrored.n_rows(), [&](Index r) {
             const auto& place = chain.place[mirrored_levels_[r]];
-            for (auto k = mirrored_rows_.offsets[r]; k < mirrored_rows_.offsets[r + 1];
-                 ++k)
-                chain.rows.add(place[mirrored_rows_.indices[k]],
-                               mirrored_rows_.weights[k]);
-            chain.rows.end_row();
-        }
+            for (auto k = mirrored.offsets[r]; k < mirrored.offsets[r + 1]; ++k) {
+                chain.rows.indices[first_entry + k] = place[mirrored.indices[k]];
+                chain.rows.weights[first_entry + k] = mirrored.weights[k];
+            }
+            chain.rows.offsets[first_offset + r] = first_entry + mirrored.offsets[r + 1];
+        });
         const auto set_place = [&](Index& p, const Buffer<Index>& place) {
             p = p & PatchBatch::kMirrored ? first_mirrored + (p & ~PatchBatch::kMirrored)
                                           : place[p];
@@ -542,7 +537,7 @@ private:
         for (int l = in_place; l < refinement_.n_levels(); ++l)
             for_each_point_of(l, [&](Index& p) { set_place(p, chain.place[l]); });
         // Mirror images come last: they read points of all levels, but no mirror images.
-        if (mirrored_rows_.n_rows() > 0)
+        if (mirrored.n_rows() > 0)
             chain.groups.push_back(chain.rows.n_rows());
         table_.refined_points_ = std::move(chain.rows);
         table_.row_groups_ = std::move(chain.groups);
@@ -573,8 +568,7 @@ private:
     Buffer<Index> node_;                    // per cell of this level, from level 1 on
     std::vector<Flags> wanted_;             // per level and vertex: read by a patch
     std::vector<Index> first_patch_;        // per level
-    std::map<PointTerms, Index> mirrored_;  // of this level: their numbers
-    StencilTable mirrored_rows_;  // of all levels, over the vertices of their levels
+    detail::DistinctRows mirrored_;  // of all levels, over the vertices of their levels
     std::vector<int> mirrored_levels_;
     std::vector<Index> mirrored_patches_;  // those with mirror images among their points
 };

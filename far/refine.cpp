@@ -246,7 +246,8 @@ struct WantedRows {
 
 }  // namespace
 
-Refinement::Chain Refinement::chain(std::vector<Flags> wanted) const {
+Refinement::Chain Refinement::chain(std::vector<Flags> wanted,
+                                    const StencilTable& more) const {
     // Backwards: the rows of each factor, and which of the factor before they read.
     std::deque<WantedRows> factors;
     tbb::enumerable_thread_specific<detail::DenseRow> sums;
@@ -299,6 +300,9 @@ Refinement::Chain Refinement::chain(std::vector<Flags> wanted) const {
             n_weights += factors[f].tables[c].indices.size();
         }
     }
+    chain.rows.offsets.reserve(chain.groups.back() + more.offsets.size());
+    chain.rows.indices.reserve(n_weights + more.indices.size());
+    chain.rows.weights.reserve(n_weights + more.indices.size());
     chain.rows.offsets.resize(chain.groups.back() + std::size_t(1));
     chain.rows.indices.resize(n_weights);
     chain.rows.weights.resize(n_weights);
@@ -336,7 +340,7 @@ Refinement::Chain Refinement::chain(std::vector<Flags> wanted) const {
     chain.place[0].assign(base_vertices.begin(), base_vertices.end());
     if (base_vertices.empty()) {
         chain.place[0].resize(n_base_points_);
-        std::iota(chain.place[0].begin(), chain.place[0].end(), Index(0));
+        detail::for_each_index(n_base_points_, [&](Index v) { chain.place[0][v] = v; });
     }
     // The last factor of a level makes its points.
     for (WantedRows& factor : factors)

@@ -173,7 +173,8 @@ public:
     ///        of level 0 are there in any case, and nothing is asked of wanted[0].
     /// \pre wanted.size() == n_levels(); wanted[i].size() == topology(i).n_vertices() for
     ///      i > 0; what is wanted is known
-    Chain chain(std::vector<Flags> wanted) const;
+    /// \param more  there will be room for so many rows and entries behind those of the chain
+    Chain chain(std::vector<Flags> wanted, const StencilTable& more = {}) const;
 
 private:
     void add_refined(std::shared_ptr<const detail::RefinedPart> part);

@@ -14,6 +14,30 @@
 /// Stencil tables whose rows are made on all threads. For the sources of this project.
 namespace osdx::detail {
 
+/// Rows without their repetitions, numbered in the order in which they come.
+class DistinctRows {
+public:
+    const StencilTable& rows() const noexcept { return rows_; }
+    /// The number of a row of another table, of the same entries in the same order.
+    Index find_or_add(const StencilTable& table, Index row);
+    /// Rows to come are compared to none of those before.
+    void forget() noexcept {
+        first_ = rows_.n_rows();
+        slots_.clear();
+    }
+
+private:
+    std::size_t slot_of(std::size_t hash) const noexcept;
+    void grow();
+
+    StencilTable rows_;
+    Index first_ = 0;
+    std::vector<std::size_t> hashes_;  // of all rows
+    // A table of some power of two, less than half of it full; where a slot is taken, the next
+    // free one: kInvalidIndex.
+    std::vector<Index> slots_;
+};
+
 inline constexpr std::size_t kRowChunk = 256;
 
 /// A row whose inputs come again and again.
