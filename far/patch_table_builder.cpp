@@ -476,7 +476,8 @@ private:
     Index control_point(const PatchBatch& batch, Index point) {
         if (!(point & PatchBatch::kMirrored))
             return point;
-        const Index row = mirrored_.find_or_add(batch.mirrored, point & ~PatchBatch::kMirrored);
+        const Index row =
+            mirrored_.find_or_add(batch.mirrored, point & ~PatchBatch::kMirrored);
         mirrored_levels_.resize(mirrored_.rows().n_rows(), level_);
         return PatchBatch::kMirrored | row;
     }
@@ -504,8 +505,7 @@ private:
             for (auto k = mirrored.offsets[r]; l > 0 && k < mirrored.offsets[r + 1]; ++k)
                 wanted_[l][mirrored.indices[k]] = true;
         }
-        Refinement::Chain chain =
-            refinement_.chain(std::move(wanted_), mirrored_.rows());
+        Refinement::Chain chain = refinement_.chain(std::move(wanted_), mirrored_.rows());
         const Index first_mirrored = refinement_.n_base_points() + chain.rows.n_rows();
         const std::size_t first_entry = chain.rows.indices.size(),
                           first_offset = chain.rows.offsets.size();
@@ -564,11 +564,11 @@ private:
 
     int level_ = 0;
     std::optional<ControlMesh> mesh_;
-    Buffer<Cover> cells_;                   // per cell of this level
-    Buffer<Index> node_;                    // per cell of this level, from level 1 on
-    std::vector<Flags> wanted_;             // per level and vertex: read by a patch
-    std::vector<Index> first_patch_;        // per level
-    detail::DistinctRows mirrored_;  // of all levels, over the vertices of their levels
+    Buffer<Cover> cells_;             // per cell of this level
+    Buffer<Index> node_;              // per cell of this level, from level 1 on
+    std::vector<Flags> wanted_;       // per level and vertex: read by a patch
+    std::vector<Index> first_patch_;  // per level
+    detail::DistinctRows mirrored_;   // of all levels, over the vertices of their levels
     std::vector<int> mirrored_levels_;
     std::vector<Index> mirrored_patches_;  // those with mirror images among their points
 };

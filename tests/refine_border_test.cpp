@@ -596,6 +596,8 @@ void expect_part_of_whole(const MeshData& mesh, int d, int levels, unsigned seed
     for (Index h = 0; h < part.topology(0).n_halfedges(); ++h)
         map.halfedges.push_back(h);
     std::vector<Point> points = part.points(mesh.positions);
+    std::vector<Flags> wanted(1);
+    std::vector<std::vector<Point>> points_of_level(1);
     for (int l = 1; l <= levels; ++l) {
         const Topology& parent = part.topology(l - 1);
         // The surroundings of a face in the middle of what there is.
@@ -628,6 +630,24 @@ void expect_part_of_whole(const MeshData& mesh, int d, int levels, unsigned seed
             // The same sums in another order at most.
             ASSERT_LE(glm::distance(points[v], expected[map.vertices[v]]), kTol)
                 << "level " << l << ", vertex " << v;
+        }
+        Flags& some = wanted.emplace_back(points.size());
+        for (Index v = 0; v < points.size(); ++v)
+            some[v] = level.is_known(v) && random() % 3 == 0;
+        points_of_level.push_back(points);
+    }
+    // The chain makes the same sums: equal bits.
+    const Refinement::Chain chain = part.chain(wanted);
+    const auto n_base = static_cast<Index>(mesh.positions.size());
+    std::vector<Point> values = mesh.positions;
+    values.resize(n_base + chain.rows.n_rows());
+    chain.rows.extend(n_base, 3, std::span(&values[0].x, 3 * values.size()));
+    for (std::size_t l = 1; l < wanted.size(); ++l) {
+        for (Index v = 0; v < wanted[l].size(); ++v) {
+            if (wanted[l][v]) {
+                ASSERT_EQ(values[chain.place[l][v]], points_of_level[l][v])
+                    << "level " << l << ", vertex " << v;
+            }
         }
     }
 }
