@@ -147,7 +147,7 @@ public:
 
     /// From the points of the level above to those of a level > 0: the tables are applied one
     /// after the other. Kept apart, since their product is larger. Rows of points that are not
-    /// known are empty.
+    /// known are empty. Odd degrees: they are made anew with each call.
     std::vector<StencilTable> factors(int level) const;
 
     /// The points of the last level.
