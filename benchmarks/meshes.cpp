@@ -72,7 +72,7 @@ MeshData refined(const MeshData& mesh, int levels) {
     const Topology& last = refinement.topology(levels);
     for (Index f = 0; f < last.n_faces(); ++f)
         result.face_sizes.push_back(last.face_size(f));
-    result.face_vertices = last.vertex;
+    result.face_vertices.assign(last.vertex.begin(), last.vertex.end());
     return result;
 }
 

@@ -38,8 +38,8 @@ ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
              : !none(t.n_halfedges(), [&](Index h) { return is_cut(h); });
     all_quads_ = level.face_kinds.empty() && (t.quads_only || has_only_quads(t));
     const std::vector<std::uint8_t> special = special_vertices();
-    std::vector<Fans> chunks(n_chunks(t.n_vertices()));
-    for_each_chunk(t.n_vertices(), kChunk,
+    std::vector<Fans> chunks(n_chunks(t.n_vertices(), kSmallChunk));
+    for_each_chunk(t.n_vertices(), kSmallChunk,
                    [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                        for (auto v = static_cast<Index>(begin); v < end; ++v) {
                            if (t.vertex_halfedge[v] == kInvalidIndex)
@@ -96,10 +96,10 @@ std::vector<std::uint8_t> ControlMesh::special_vertices() const {
     }
     if (!level.known.empty()) {
         special.resize(t.n_vertices());
-        for (Index v = 0; v < t.n_vertices(); ++v) {
+        for_each_index(t.n_vertices(), [&](Index v) {
             if (!level.known[v])
                 special[v] = kUnknown;
-        }
+        });
     }
     // Even degrees: where sharpness still changes the rules.
     const auto skip_face = [&](Index f) {
@@ -249,16 +249,19 @@ std::vector<std::uint8_t> ControlMesh::inner_cells() const {
     return odd_ ? faces : vertices;
 }
 
-/// The n-th next halfedge of a quad.
-Index ControlMesh::step(Index h, Index n) const noexcept {
-    const Topology& t = topology();
-    const Index first = t.quads_only ? h & ~Index(3) : t.face_offsets[t.face[h]];
-    return first + ((h - first + n) & 3);
+void ControlMesh::inner_net(Index h, Index* out) const noexcept {
+    topology().quads_only ? inner_net_of<true>(h, out) : inner_net_of<false>(h, out);
 }
 
-void ControlMesh::inner_net(Index h, Index* out) const noexcept {
+template <bool kQuadsOnly>
+void ControlMesh::inner_net_of(Index h, Index* out) const noexcept {
     const Topology& t = topology();
     const int d = degree_;
+    // The n-th next halfedge of a quad.
+    const auto step = [&t](Index from, Index n) {
+        const Index first = kQuadsOnly ? from & ~Index(3) : t.face_offsets[t.face[from]];
+        return first + ((from - first + n) & 3);
+    };
     for (int i = 0; i < d / 2; ++i) {
         h = step(t.twin[step(h, 3)], 3);
         h = step(t.twin[h], 2);

@@ -54,6 +54,7 @@ public:
     bool is_settled(Index vertex) const noexcept { return settled_[vertex]; }
     /// A quad without anything in its middle.
     bool is_quad(Index face) const noexcept;
+    bool has_irregular_faces() const noexcept { return !all_quads_; }
     /// There are borders or sharp edges.
     bool has_cuts() const noexcept { return has_cuts_; }
 
@@ -71,7 +72,8 @@ private:
     void sort_fans(Index vertex, Fans& out);
     void sort_special_fans(Index vertex, Fans& out);
     bool is_inner(Index vertex) const;
-    Index step(Index h, Index n) const noexcept;
+    template <bool kQuadsOnly>
+    void inner_net_of(Index h, Index* out) const noexcept;
 
     const RefinedLevel* level_;
     int degree_;

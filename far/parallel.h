@@ -8,9 +8,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
+#include <numeric>
 #include <utility>
 #include <vector>
 
+#include "far/buffer.h"
 #include "far/types.h"
 
 /// Loops on all threads. Ranges are cut into chunks of a fixed size, so that what is made chunk
@@ -21,6 +23,8 @@ namespace osdx::detail {
 
 /// Enough for the price of a task, for work of some nanoseconds an element.
 inline constexpr std::size_t kChunk = 2048;
+/// The same for work of some ten nanoseconds an element, so that small meshes are shared too.
+inline constexpr std::size_t kSmallChunk = 256;
 
 inline std::size_t n_chunks(std::size_t n, std::size_t size = kChunk) noexcept {
     return (n + size - 1) / size;
@@ -49,6 +53,14 @@ void for_each_index(std::size_t n, F&& f, std::size_t size = kChunk) {
     });
 }
 
+/// Makes a number, which several threads may lower, no higher than another one.
+inline void lower(std::atomic<Index>& number, Index to) noexcept {
+    Index known = number.load(std::memory_order_relaxed);
+    while (to < known &&
+           !number.compare_exchange_weak(known, to, std::memory_order_relaxed)) {
+    }
+}
+
 /// The lowest i in [0, n) of which `is` holds; kInvalidIndex if there is none.
 template <class Is>
 Index first_index(std::size_t n, Is&& is, std::size_t size = kChunk) {
@@ -57,13 +69,8 @@ Index first_index(std::size_t n, Is&& is, std::size_t size = kChunk) {
         if (begin >= first.load(std::memory_order_relaxed))
             return;
         for (std::size_t i = begin; i < end; ++i) {
-            if (!is(static_cast<Index>(i)))
-                continue;
-            Index known = first.load(std::memory_order_relaxed);
-            while (i < known && !first.compare_exchange_weak(known, static_cast<Index>(i),
-                                                             std::memory_order_relaxed)) {
-            }
-            return;
+            if (is(static_cast<Index>(i)))
+                return lower(first, static_cast<Index>(i));
         }
     });
     return first;
@@ -88,9 +95,52 @@ void for_each_numbered(std::size_t n, std::size_t size, Count&& count,
     });
 }
 
+/// An array of one value.
+template <class T>
+Buffer<T> filled(std::size_t n, T value) {
+    Buffer<T> array(n);
+    for_each_chunk(n, 8 * kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+        std::fill(array.begin() + begin, array.begin() + end, value);
+    });
+    return array;
+}
+
+/// The elements whose flags are set, in ascending order.
+/// \param numbers  when not null: where each element stands there, or kInvalidIndex
+inline Buffer<Index> flagged(const Flags& flags, Buffer<Index>* numbers = nullptr) {
+    Buffer<Index> which;
+    if (numbers)
+        numbers->resize(flags.size());
+    for_each_numbered(
+        flags.size(), 2 * kChunk,
+        [&](std::size_t begin, std::size_t end) {
+            return std::accumulate(flags.begin() + begin, flags.begin() + end,
+                                   std::size_t(0));
+        },
+        [&](std::size_t n) { which.resize(n); },
+        [&](std::size_t next, std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                if (numbers)
+                    (*numbers)[i] = flags[i] ? static_cast<Index>(next) : kInvalidIndex;
+                if (flags[i])
+                    which[next++] = static_cast<Index>(i);
+            }
+        });
+    return which;
+}
+
 /// Sets a flag that several threads may set.
 inline void set_flag(std::uint8_t& flag) noexcept {
     std::atomic_ref(flag).store(1, std::memory_order_relaxed);
+}
+
+/// Makes a number, which several threads may raise, no lower than another one.
+inline void raise(Index& number, Index to) noexcept {
+    const std::atomic_ref<Index> atom(number);
+    Index known = atom.load(std::memory_order_relaxed);
+    while (known < to &&
+           !atom.compare_exchange_weak(known, to, std::memory_order_relaxed)) {
+    }
 }
 
 }  // namespace osdx::detail

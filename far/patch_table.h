@@ -173,7 +173,7 @@ private:
     Buffer<Record> patches_;
     Buffer<Index> points_;  // of all patches, from first_point on
     std::vector<detail::PatchLeaf> leaves_;
-    std::vector<Index> nodes_;  // roots first: one per quarter
+    Buffer<Index> nodes_;  // roots first: one per quarter
 };
 
 /// What covers the surface where its neighbourhood is not regular.

@@ -14,6 +14,7 @@
 #include "far/patch_nets.h"
 #include "far/patch_table.h"
 #include "far/refine.h"
+#include "far/stencil_rows.h"
 
 namespace osdx {
 
@@ -24,7 +25,6 @@ using detail::Fan;
 using detail::PatchBatch;
 using detail::PatchLevel;
 using detail::PatchNets;
-using detail::PointTerms;
 
 /// Walks the levels of refinement and lays patches on each: those that PatchNets makes, as far
 /// as they do not overlap. The nets are made on all threads, their numbers follow the order of
@@ -33,8 +33,9 @@ class PatchTableBuilder {
 public:
     PatchTableBuilder(Topology base, Features features, const PatchTableOptions& options)
         : options_(options),
-          table_(begin_table(base, std::move(features), options.degree)),
-          refinement_(std::move(base), options.degree, table_.features_) {}
+          table_(begin_table(base, features, options.degree)),
+          refinement_(std::move(base), options.degree, std::move(features)),
+          plain_(is_plain()) {}
 
     Result<PatchTable> build() {
         begin_base_level();
@@ -48,9 +49,12 @@ public:
             refine();
         }
         place_points();
-        if (odd())
-            table_.base_ = refinement_.release_topology(0);
         table_.n_levels_ = refinement_.n_levels();
+        if (odd()) {
+            RefinedLevel base = refinement_.release(0);
+            table_.base_ = std::move(base.topology);
+            table_.features_ = std::move(base.features);
+        }
         return std::move(table_);
     }
 
@@ -59,18 +63,27 @@ private:
     // ten: what a sound mesh needs is far less.
     static constexpr int kMaxLevel = 40;
 
-    static PatchTable begin_table(const Topology& base, Features features, int degree) {
+    static PatchTable begin_table(const Topology& base, const Features& features,
+                                  int degree) {
         PatchTable table;
         table.degree_ = degree;
         table.n_base_points_ = base.n_vertices();
-        table.nodes_.assign(base.n_halfedges(), kInvalidIndex);
-        table.features_ = with_border(base, std::move(features));
-        // Odd degrees: as it is in the refinement, from which it comes in the end.
-        if (degree % 2 == 0)
+        table.nodes_ = detail::filled(base.n_halfedges(), kInvalidIndex);
+        // Odd degrees: as they are in the refinement, from which they come in the end.
+        if (degree % 2 == 0) {
             table.base_ = base;
+            table.features_ = with_border(base, features);
+        }
         return table;
     }
 
+    /// Of the base mesh, with_border().
+    const Features& features() const {
+        return odd() ? refinement_.level(0).features : table_.features_;
+    }
+    bool has_surface(Index face) const {
+        return features().hole.empty() || !features().hole[face];
+    }
     const Topology& topology() const { return refinement_.topology(level_); }
     bool odd() const { return options_.degree % 2 == 1; }
     PatchLevel patch_level() const {
@@ -84,30 +97,44 @@ private:
         mesh_.emplace(refinement_.level(0), options_.degree, true);
         const Topology& t = topology();
         // Cells of the base level have no node of their own but one root per quarter.
-        cells_.assign(odd() ? t.n_faces() : t.n_vertices(), Cover::Hole);
+        cells_.resize(odd() ? t.n_faces() : t.n_vertices());
         detail::for_each_index(cells_.size(), [&](Index cell) {
-            bool open = odd() && table_.has_surface(cell);
+            bool open = odd() && has_surface(cell);
             if (!odd()) {
-                t.for_each_outgoing(
-                    cell, [&](Index h) { open |= table_.has_surface(t.face[h]); });
+                t.for_each_outgoing(cell,
+                                    [&](Index h) { open |= has_surface(t.face[h]); });
             }
-            if (open)
-                cells_[cell] = Cover::Open;
+            cells_[cell] = open ? Cover::Open : Cover::Hole;
         });
+        wanted_.emplace_back();
         first_patch_.push_back(0);
     }
 
     /// Open cells and what they need around them.
-    std::vector<bool> faces_to_refine() const {
+    Flags faces_to_refine() const {
         const Topology& t = topology();
-        std::vector<bool> faces(t.n_faces(), false);
-        for (Index h = 0; h < t.n_halfedges(); ++h) {
-            if (cells_[odd() ? t.face[h] : t.vertex[h]] == Cover::Open)
-                faces[t.face[h]] = true;
-        }
-        // Control nets on the next level reach d of its edges far, its smoothings (d-1)/2
-        // more: less than d faces of this one.
-        return grown(t, std::move(faces), options_.degree);
+        Flags faces(t.n_faces());
+        detail::for_each_index(t.n_faces(), [&](Index f) {
+            for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
+                faces[f] |= cells_[odd() ? f : t.vertex[h]] == Cover::Open;
+        });
+        // Control nets on the next level reach d/2 of its edges beyond these cells, and what is
+        // known ends (d-1)/2 edges inside of the part: so much is d/2 faces of this level. Nets
+        // that begin in a hole reach d edges further; semi-sharp edges that end beside a gap
+        // do not know of all that they meet there.
+        return grown(t, std::move(faces), plain_ ? options_.degree / 2 : options_.degree);
+    }
+
+    /// No holes and nothing semi-sharp.
+    bool is_plain() const {
+        const Features& f = features();
+        const auto none_semi_sharp = [](const std::vector<double>& sharpness) {
+            return detail::first_index(sharpness.size(), [&](Index i) {
+                       return sharpness[i] > 0 && sharpness[i] < kInfinitelySharp;
+                   }) == kInvalidIndex;
+        };
+        return f.hole.empty() && none_semi_sharp(f.edge_sharpness) &&
+               none_semi_sharp(f.vertex_sharpness);
     }
 
     /// Open cells go to the next level.
@@ -117,45 +144,61 @@ private:
         const RefinedLevel& child = refinement_.level(level_ + 1);
         const Index n_cells =
             odd() ? child.topology.n_faces() : child.topology.n_vertices();
-        std::vector<Cover> cells(n_cells, Cover::Covered);
-        std::vector<Index> node(n_cells, kInvalidIndex);
-        const auto pass_on = [&](Index cell, auto&& for_each_corner) {
-            Index child_node = kInvalidIndex;
-            if (level_ > 0 && cells_[cell] == Cover::Open) {
-                child_node = static_cast<Index>(table_.nodes_.size());
-                table_.nodes_.resize(table_.nodes_.size() + 4, kInvalidIndex);
-                table_.nodes_[node_[cell]] = child_node;
-            }
-            for_each_corner([&](Index h) {
-                const Index c = child.children[h];
-                if (c != kInvalidIndex) {
-                    const bool hole = level_ == 0 && !table_.has_surface(parent.face[h]);
-                    cells[c] = hole ? Cover::Hole : cells_[cell];
-                    node[c] = level_ == 0 ? h : child_node;
-                }
-                if (child_node != kInvalidIndex)
-                    ++child_node;
-            });
+        auto cells = detail::filled(n_cells, Cover::Covered);
+        auto node = detail::filled(n_cells, kInvalidIndex);
+        const auto for_each_corner_of = [&](Index cell, auto&& f) {
+            if (!odd())
+                return for_each_corner(parent, cell, f);
+            for (Index h = parent.face_offsets[cell]; h < parent.face_offsets[cell + 1];
+                 ++h)
+                f(h);
         };
-        for (Index cell = 0; cell < cells_.size(); ++cell) {
-            if (cells_[cell] == Cover::Covered)
-                continue;
-            pass_on(cell, [&](auto&& f) {
-                if (odd()) {
-                    for (Index h = parent.face_offsets[cell];
-                         h < parent.face_offsets[cell + 1]; ++h)
-                        f(h);
-                } else {
-                    for_each_corner(parent, cell, f);
+        // From level 1 on each open cell gets a node for each of its four corners.
+        const auto has_children = [&](std::size_t cell) {
+            return level_ > 0 && cells_[cell] == Cover::Open;
+        };
+        const std::size_t first_node = table_.nodes_.size();
+        detail::for_each_numbered(
+            cells_.size(), detail::kSmallChunk,
+            [&](std::size_t begin, std::size_t end) {
+                std::size_t n = 0;
+                for (std::size_t cell = begin; cell < end; ++cell)
+                    n += 4 * has_children(cell);
+                return n;
+            },
+            [&](std::size_t n) { table_.nodes_.resize(first_node + n); },
+            [&](std::size_t next, std::size_t begin, std::size_t end) {
+                Index child_node = static_cast<Index>(first_node + next);
+                for (auto cell = static_cast<Index>(begin); cell < end; ++cell) {
+                    if (cells_[cell] == Cover::Covered)
+                        continue;
+                    if (has_children(cell)) {
+                        std::fill_n(table_.nodes_.begin() + child_node, 4, kInvalidIndex);
+                        table_.nodes_[node_[cell]] = child_node;
+                    }
+                    Index k = child_node;
+                    for_each_corner_of(cell, [&](Index h) {
+                        const Index c = child.children[h];
+                        if (c != kInvalidIndex) {
+                            const bool hole = level_ == 0 && !has_surface(parent.face[h]);
+                            cells[c] = hole ? Cover::Hole : cells_[cell];
+                            node[c] = level_ == 0          ? h
+                                      : has_children(cell) ? k
+                                                           : kInvalidIndex;
+                        }
+                        ++k;
+                    });
+                    if (has_children(cell))
+                        child_node += 4;
                 }
             });
-        }
         cells_ = std::move(cells);
         node_ = std::move(node);
         ++level_;
         mesh_.emplace(child, options_.degree, false);
         first_patch_.push_back(table_.n_patches());
-        mirrored_.clear();
+        wanted_.emplace_back(topology().n_vertices());
+        mirrored_.forget();
     }
 
     /// Even degrees: the corners at a vertex, in the order of its cell's frame.
@@ -205,7 +248,7 @@ private:
         const auto fans = mesh_->irregular_fans();
         lay(fans.size(),
             [&](PatchNets& nets, Index i) { nets.add_vertex_patch(fans[i]); });
-        if (level_ == 0 || !odd()) {
+        if (mesh_->has_irregular_faces()) {
             lay(topology().n_faces(),
                 [&](PatchNets& nets, Index face) { nets.add_face_patch(face); });
         }
@@ -215,7 +258,7 @@ private:
     /// Makes patches on all threads, then adds those that fit one after the other.
     template <class Make>
     void lay(std::size_t n, Make&& make) {
-        constexpr std::size_t kSize = 64;
+        constexpr std::size_t kSize = 16;
         std::vector<PatchBatch> batches(detail::n_chunks(n, kSize));
         const PatchLevel level = patch_level();
         detail::for_each_chunk(
@@ -234,19 +277,22 @@ private:
     void lay_regular_patches() {
         const PatchLevel level = patch_level();
         const std::vector<std::uint8_t> inner = mesh_->inner_cells();
-        const std::size_t n_cells = cells_.size(), n_chunks = detail::n_chunks(n_cells);
+        constexpr std::size_t kSize = detail::kSmallChunk;
+        const std::size_t n_cells = cells_.size(),
+                          n_chunks = detail::n_chunks(n_cells, kSize);
         // Beside borders and sharp edges the nets of a chunk wait for their numbers.
         std::vector<PatchBatch> batches(n_chunks);
         std::vector<Index> first(n_chunks + 1);
         detail::for_each_chunk(
-            n_cells, detail::kChunk,
-            [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+            n_cells, kSize, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                 PatchNets nets(level, batches[chunk]);
+                Index n = 0;
                 for (auto cell = static_cast<Index>(begin); cell < end; ++cell) {
                     if (cells_[cell] == Cover::Open)
-                        first[chunk + 1] += inner[cell] || (mesh_->has_cuts() &&
-                                                            nets.add_regular_patch(cell));
+                        n += inner[cell] ||
+                             (mesh_->has_cuts() && nets.add_regular_patch(cell));
                 }
+                first[chunk + 1] = n;
             });
         const Index first_patch = table_.n_patches();
         const std::size_t first_point = table_.points_.size();
@@ -254,17 +300,20 @@ private:
         const auto n_points = static_cast<std::size_t>(c.n_points());
         for (std::size_t chunk = 0; chunk < n_chunks; ++chunk) {
             first[chunk + 1] += first[chunk];
-            for (Index& p : batches[chunk].points)
-                p = control_point(batches[chunk], p);
+            for (std::size_t i = 0;
+                 i < batches[chunk].points.size() && batches[chunk].mirrored.n_rows() > 0;
+                 ++i)
+                batches[chunk].points[i] =
+                    control_point(batches[chunk], batches[chunk].points[i]);
         }
         if (first.back() == 0)
             return;
         const Index number = class_index(c);
         table_.patches_.resize(first_patch + first.back());
         table_.points_.resize(first_point + n_points * first.back());
+        std::vector<std::vector<Index>> mirrored(n_chunks);
         detail::for_each_chunk(
-            n_cells, detail::kChunk,
-            [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+            n_cells, kSize, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                 const PatchBatch& batch = batches[chunk];
                 std::size_t next_in_batch = 0;
                 Index patch = first_patch + first[chunk];
@@ -272,22 +321,26 @@ private:
                 for (auto cell = static_cast<Index>(begin); cell < end; ++cell) {
                     if (cells_[cell] != Cover::Open)
                         continue;
+                    const std::span<Index> net(table_.points_.data() + point, n_points);
                     if (inner[cell]) {
-                        mesh_->inner_net(level.regular_start(cell),
-                                         table_.points_.data() + point);
+                        mesh_->inner_net(level.regular_start(cell), net.data());
                     } else if (next_in_batch < batch.patches.size() &&
                                batch.covered[next_in_batch].cell == cell) {
-                        std::ranges::copy(
-                            batch.points_of(next_in_batch++),
-                            table_.points_.begin() + static_cast<std::ptrdiff_t>(point));
+                        std::ranges::copy(batch.points_of(next_in_batch++), net.begin());
+                        if (has_mirrored(net))
+                            mirrored[chunk].push_back(patch);
                     } else {
                         continue;
                     }
+                    want(net);
                     table_.patches_[patch] = record(number, point);
                     cover_cell(cell, patch++);
                     point += n_points;
                 }
             });
+        for (const auto& patches : mirrored)
+            mirrored_patches_.insert(mirrored_patches_.end(), patches.begin(),
+                                     patches.end());
     }
 
     /// All of a cell by one square patch in its frame.
@@ -305,7 +358,7 @@ private:
         } else {
             Index k = 0;
             t.for_each_outgoing(cell, [&](Index h) {
-                if (table_.has_surface(t.face[h]))
+                if (has_surface(t.face[h]))
                     cover(h, k);
                 ++k;
             });
@@ -389,8 +442,13 @@ private:
                 cells_[cover.cell] = Cover::Covered;
         }
         table_.patches_.push_back(record(class_index(c), table_.points_.size()));
+        const std::size_t first_point = table_.points_.size();
         for (const Index p : batch.points_of(i))
             table_.points_.push_back(control_point(batch, p));
+        const auto net = std::span<const Index>(table_.points_).subspan(first_point);
+        want(net);
+        if (has_mirrored(net))
+            mirrored_patches_.push_back(patch);
     }
 
     PatchTable::Record record(Index patch_class, std::size_t first_point) const {
@@ -408,7 +466,7 @@ private:
 
     /// Even degrees: a vertex' cell at level 0 may be a hole in part.
     bool is_hole_quarter(Index node) const {
-        return level_ == 0 && !table_.has_surface(topology().face[node]);
+        return level_ == 0 && !has_surface(topology().face[node]);
     }
 
     // ------------------------------------------------------------------ points
@@ -418,63 +476,68 @@ private:
     Index control_point(const PatchBatch& batch, Index point) {
         if (!(point & PatchBatch::kMirrored))
             return point;
-        const StencilTable& rows = batch.mirrored;
-        const Index row = point & ~PatchBatch::kMirrored;
-        PointTerms terms;
-        for (std::size_t k = rows.offsets[row]; k < rows.offsets[row + 1]; ++k)
-            terms.emplace_back(rows.indices[k], rows.weights[k]);
-        const auto [it, is_new] =
-            mirrored_.try_emplace(std::move(terms), mirrored_rows_.n_rows());
-        if (is_new) {
-            for (const auto& [vertex, weight] : it->first)
-                mirrored_rows_.add(vertex, weight);
-            mirrored_rows_.end_row();
-            mirrored_levels_.push_back(level_);
+        const Index row =
+            mirrored_.find_or_add(batch.mirrored, point & ~PatchBatch::kMirrored);
+        mirrored_levels_.resize(mirrored_.rows().n_rows(), level_);
+        return PatchBatch::kMirrored | row;
+    }
+
+    static bool has_mirrored(std::span<const Index> net) {
+        return std::ranges::any_of(net,
+                                   [](Index p) { return p & PatchBatch::kMirrored; });
+    }
+
+    /// Notes the points of a refined level that a patch reads.
+    void want(std::span<const Index> net) {
+        if (level_ == 0)
+            return;
+        for (const Index p : net) {
+            if (!(p & PatchBatch::kMirrored))
+                detail::set_flag(wanted_[level_][p]);
         }
-        return PatchBatch::kMirrored | it->second;
     }
 
     void place_points() {
         first_patch_.push_back(table_.n_patches());
-        std::vector<std::vector<std::uint8_t>> wanted;
-        for (int l = 0; l < refinement_.n_levels(); ++l)
-            wanted.emplace_back(l > 0 ? refinement_.topology(l).n_vertices() : 0);
-        for (int l = 1; l < refinement_.n_levels(); ++l) {
-            for_each_point_of(l, [&](Index p) {
-                if (!(p & PatchBatch::kMirrored))
-                    detail::set_flag(wanted[l][p]);
-            });
-        }
-        for (Index r = 0; r < mirrored_rows_.n_rows(); ++r) {
+        const StencilTable& mirrored = mirrored_.rows();
+        for (Index r = 0; r < mirrored.n_rows(); ++r) {
             const int l = mirrored_levels_[r];
-            for (auto k = mirrored_rows_.offsets[r];
-                 l > 0 && k < mirrored_rows_.offsets[r + 1]; ++k)
-                wanted[l][mirrored_rows_.indices[k]] = true;
+            for (auto k = mirrored.offsets[r]; l > 0 && k < mirrored.offsets[r + 1]; ++k)
+                wanted_[l][mirrored.indices[k]] = true;
         }
-        Refinement::Chain chain = refinement_.chain(std::move(wanted));
+        Refinement::Chain chain = refinement_.chain(std::move(wanted_), mirrored_.rows());
         const Index first_mirrored = refinement_.n_base_points() + chain.rows.n_rows();
-        for (Index r = 0; r < mirrored_rows_.n_rows(); ++r) {
+        const std::size_t first_entry = chain.rows.indices.size(),
+                          first_offset = chain.rows.offsets.size();
+        chain.rows.indices.resize(first_entry + mirrored.indices.size());
+        chain.rows.weights.resize(first_entry + mirrored.indices.size());
+        chain.rows.offsets.resize(first_offset + mirrored.n_rows());
+        detail::for_each_index(mirrored.n_rows(), [&](Index r) {
             const auto& place = chain.place[mirrored_levels_[r]];
-            for (auto k = mirrored_rows_.offsets[r]; k < mirrored_rows_.offsets[r + 1];
-                 ++k)
-                chain.rows.add(place[mirrored_rows_.indices[k]],
-                               mirrored_rows_.weights[k]);
-            chain.rows.end_row();
+            for (auto k = mirrored.offsets[r]; k < mirrored.offsets[r + 1]; ++k) {
+                chain.rows.indices[first_entry + k] = place[mirrored.indices[k]];
+                chain.rows.weights[first_entry + k] = mirrored.weights[k];
+            }
+            chain.rows.offsets[first_offset + r] = first_entry + mirrored.offsets[r + 1];
+        });
+        const auto set_place = [&](Index& p, const Buffer<Index>& place) {
+            p = p & PatchBatch::kMirrored ? first_mirrored + (p & ~PatchBatch::kMirrored)
+                                          : place[p];
+        };
+        // Base vertices are in place, as long as the base is not cut.
+        const bool in_place = refinement_.level(0).base_vertices.empty();
+        for (const Index patch : mirrored_patches_) {
+            if (!in_place || patch >= first_patch_[1])
+                break;
+            const std::size_t first = table_.patches_[patch].first_point,
+                              n = table_.patch(patch).points.size();
+            for (std::size_t i = first; i < first + n; ++i)
+                set_place(table_.points_[i], chain.place[0]);
         }
-        for (int l = 0; l < refinement_.n_levels(); ++l) {
-            const bool in_place = l == 0 && refinement_.level(0).base_vertices.empty() &&
-                                  mirrored_rows_.n_rows() == 0;
-            if (in_place)
-                continue;
-            const std::vector<Index>& place = chain.place[l];
-            for_each_point_of(l, [&](Index& p) {
-                p = p & PatchBatch::kMirrored
-                        ? first_mirrored + (p & ~PatchBatch::kMirrored)
-                        : place[p];
-            });
-        }
+        for (int l = in_place; l < refinement_.n_levels(); ++l)
+            for_each_point_of(l, [&](Index& p) { set_place(p, chain.place[l]); });
         // Mirror images come last: they read points of all levels, but no mirror images.
-        if (mirrored_rows_.n_rows() > 0)
+        if (mirrored.n_rows() > 0)
             chain.groups.push_back(chain.rows.n_rows());
         table_.refined_points_ = std::move(chain.rows);
         table_.row_groups_ = std::move(chain.groups);
@@ -496,16 +559,18 @@ private:
     const PatchTableOptions& options_;
     PatchTable table_;
     Refinement refinement_;
+    bool plain_;
     std::map<PatchClass, Index> class_index_;
 
     int level_ = 0;
     std::optional<ControlMesh> mesh_;
-    std::vector<Cover> cells_;              // per cell of this level
-    std::vector<Index> node_;               // per cell of this level, from level 1 on
-    std::vector<Index> first_patch_;        // per level
-    std::map<PointTerms, Index> mirrored_;  // of this level: their numbers
-    StencilTable mirrored_rows_;  // of all levels, over the vertices of their levels
+    Buffer<Cover> cells_;             // per cell of this level
+    Buffer<Index> node_;              // per cell of this level, from level 1 on
+    std::vector<Flags> wanted_;       // per level and vertex: read by a patch
+    std::vector<Index> first_patch_;  // per level
+    detail::DistinctRows mirrored_;   // of all levels, over the vertices of their levels
     std::vector<int> mirrored_levels_;
+    std::vector<Index> mirrored_patches_;  // those with mirror images among their points
 };
 
 Result<PatchTable> build_patch_table(Topology base, Features features,

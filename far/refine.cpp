@@ -3,7 +3,12 @@
 
 #include "far/refine.h"
 
+#include <tbb/enumerable_thread_specific.h>
+
+#include <algorithm>
+#include <atomic>
 #include <cassert>
+#include <deque>
 #include <numeric>
 
 #include "far/parallel.h"
@@ -22,33 +27,32 @@ StencilTable identity_stencils(Index n) {
     return s;
 }
 
-std::vector<bool> vertices_beside_gaps(const RefinedLevel& level) {
+Flags vertices_beside_gaps(const RefinedLevel& level) {
     const Topology& t = level.topology;
-    std::vector<bool> result;
-    if (level.gap.empty())
-        return result;
-    for (Index h = 0; h < t.n_halfedges(); ++h) {
+    Flags result(level.gap.empty() ? 0 : t.n_vertices());
+    std::atomic<bool> any = false;
+    for_each_index(result.empty() ? 0 : t.n_halfedges(), [&](Index h) {
         if (!t.is_border(h) || !level.is_gap(t.edge[h]))
-            continue;
-        result.resize(t.n_vertices());
-        result[t.vertex[h]] = result[t.to_vertex(h)] = true;
-    }
+            return;
+        any.store(true, std::memory_order_relaxed);
+        set_flag(result[t.vertex[h]]);
+        set_flag(result[t.to_vertex(h)]);
+    });
+    if (!any)
+        result.clear();
     return result;
 }
 
-StencilTable KnownRows::usable(const StencilTable& rows,
-                               const std::vector<bool>& unusable) {
-    std::vector<std::uint8_t> known(rows.n_rows());
-    StencilTable result = make_rows(rows.n_rows(), [&](Index r, StencilTable& table) {
-        bool ok = unusable.empty() || !unusable[r];
-        const std::size_t begin = rows.offsets[r], end = rows.offsets[r + 1];
-        for (std::size_t k = begin; ok && k < end; ++k)
-            ok = known_.empty() || known_[rows.indices[k]];
-        for (std::size_t k = begin; ok && k < end; ++k)
-            table.add(rows.indices[k], rows.weights[k]);
-        known[r] = ok;
+Flags vertices_beside_unknown(const Topology& t, const Flags& known) {
+    Flags result(t.n_vertices());
+    for_each_index(t.n_faces(), [&](Index f) {
+        const Index begin = t.face_offsets[f], end = t.face_offsets[f + 1];
+        bool all = true;
+        for (Index h = begin; h < end; ++h)
+            all &= known[t.vertex[h]] != 0;
+        for (Index h = begin; h < end && !all; ++h)
+            set_flag(result[t.vertex[h]]);
     });
-    known_.assign(known.begin(), known.end());
     return result;
 }
 
@@ -81,29 +85,33 @@ StencilTable split_stencils(const Topology& t) {
 namespace {
 
 /// The part of a level that has the faces `keep`.
-RefinedLevel part_of(const RefinedLevel& level, const std::vector<bool>& keep,
-                     std::vector<Index>& vertices, std::vector<Index>& halfedges) {
+std::shared_ptr<const detail::RefinedPart> part_of(const RefinedLevel& level,
+                                                   const Flags& keep) {
     Submesh sub = submesh(level.topology, keep);
-    RefinedLevel part;
-    const auto select = [](const auto& from, const std::vector<Index>& which, auto& to) {
+    auto result = std::make_shared<detail::RefinedPart>();
+    RefinedLevel& part = result->level;
+    const auto select = [](const auto& from, const Buffer<Index>& which, auto& to) {
         if (from.empty())
             return;
-        to.reserve(which.size());
-        for (const Index i : which)
-            to.push_back(from[i]);
+        to.resize(which.size());
+        detail::for_each_index(which.size(), [&](Index i) { to[i] = from[which[i]]; });
     };
     part.features.boundary = level.features.boundary;
     part.features.creases = level.features.creases;
     part.features.smooth_triangles = level.features.smooth_triangles;
     select(level.features.edge_sharpness, sub.edges, part.features.edge_sharpness);
-    select(level.features.hole, sub.faces, part.features.hole);
+    for (const Index f : sub.faces) {
+        if (!level.features.hole.empty())
+            part.features.hole.push_back(level.features.hole[f]);
+    }
     select(level.face_kinds, sub.faces, part.face_kinds);
     select(level.gap, sub.edges, part.gap);
-    for (Index h = 0; h < sub.topology.n_halfedges(); ++h) {
-        if (sub.topology.is_border(h) && !level.topology.is_border(sub.halfedges[h])) {
-            part.gap.resize(sub.topology.n_edges);
-            part.gap[sub.topology.edge[h]] = true;
-        }
+    if (sub.faces.size() < level.topology.n_faces()) {
+        part.gap.resize(sub.topology.n_edges);
+        detail::for_each_index(sub.topology.n_halfedges(), [&](Index h) {
+            if (sub.topology.is_border(h) && !level.topology.is_border(sub.halfedges[h]))
+                part.gap[sub.topology.edge[h]] = true;
+        });
     }
     // Points without faces come with the faces and edges that they are for.
     const auto take_point = [&](Index point) {
@@ -138,9 +146,9 @@ RefinedLevel part_of(const RefinedLevel& level, const std::vector<bool>& keep,
     select(level.point_kinds, sub.vertices, part.point_kinds);
     select(level.base_sharpness, sub.vertices, part.base_sharpness);
     part.topology = std::move(sub.topology);
-    vertices = std::move(sub.vertices);
-    halfedges = std::move(sub.halfedges);
-    return part;
+    result->vertices = std::move(sub.vertices);
+    result->halfedges = std::move(sub.halfedges);
+    return result;
 }
 
 }  // namespace
@@ -159,30 +167,42 @@ Refinement::Refinement(Topology base, int degree, Features features)
     levels_.push_back(std::move(level));
 }
 
-void Refinement::add_refined(const RefinedLevel& parent) {
-    levels_.push_back(degree_ % 2
-                          ? detail::refine_odd(parent, degree_)
-                          : detail::refine_even(parent, degree_, levels_.size() == 1));
+void Refinement::add_refined(std::shared_ptr<const detail::RefinedPart> part) {
+    const RefinedLevel& parent = levels_.back();
+    const bool parent_is_base = levels_.size() == 1;
+    RefinedLevel& level = levels_.emplace_back();
+    if (degree_ % 2 == 1)
+        detail::refine_odd(parent, std::move(part), degree_, level);
+    else
+        detail::refine_even(parent, std::move(part), degree_, parent_is_base, level);
 }
 
 void Refinement::add_level() {
-    const RefinedLevel& parent = levels_.back();
-    add_refined(parent);
-    levels_.back().children.resize(parent.topology.n_halfedges());
+    const Index n_corners = levels_.back().topology.n_halfedges();
+    add_refined(nullptr);
+    levels_.back().children.resize(n_corners);
     std::iota(levels_.back().children.begin(), levels_.back().children.end(), Index(0));
 }
 
-void Refinement::add_level(const std::vector<bool>& keep) {
-    std::vector<Index> vertices, halfedges;
-    const Index n_corners = levels_.back().topology.n_halfedges();
-    const RefinedLevel part = part_of(levels_.back(), keep, vertices, halfedges);
+void Refinement::add_level(const Flags& keep) {
+    const auto part = part_of(levels_.back(), keep);
+    auto children = detail::filled(levels_.back().topology.n_halfedges(), kInvalidIndex);
+    detail::for_each_index(part->halfedges.size(),
+                           [&](Index h) { children[part->halfedges[h]] = h; });
     add_refined(part);
-    RefinedLevel& level = levels_.back();
-    for (Index& i : level.factors.front().indices)
-        i = vertices[i];
-    level.children.assign(n_corners, kInvalidIndex);
-    for (Index h = 0; h < halfedges.size(); ++h)
-        level.children[halfedges[h]] = h;
+    levels_.back().children = std::move(children);
+}
+
+std::vector<StencilTable> Refinement::factors(int level) const {
+    const detail::LevelRows& rows = *levels_[level].rows;
+    std::vector<StencilTable> tables;
+    tbb::enumerable_thread_specific<detail::DenseRow> sums;
+    for (int f = 0; f < rows.n_factors(); ++f) {
+        tables.push_back(detail::make_rows(
+            rows.n_rows(f),
+            [&](Index r, StencilTable& table) { rows.add(f, r, sums.local(), table); }));
+    }
+    return tables;
 }
 
 std::vector<Vec3<double>> Refinement::points(std::span<const Vec3<double>> base) const {
@@ -192,8 +212,8 @@ std::vector<Vec3<double>> Refinement::points(std::span<const Vec3<double>> base)
         for (const Index v : levels_[0].base_vertices)
             in.push_back(base[v]);
     }
-    for (const RefinedLevel& level : levels_) {
-        for (const StencilTable& factor : level.factors) {
+    for (int l = 1; l < n_levels(); ++l) {
+        for (const StencilTable& factor : factors(l)) {
             out.resize(factor.n_rows());
             factor.apply(std::span<const Vec3<double>>(in), std::span(out));
             in.swap(out);
@@ -206,100 +226,125 @@ StencilTable Refinement::stencils() const {
     const Index n_base = n_base_points_;
     StencilTable product = detail::identity_stencils(levels_[0].topology.n_vertices());
     if (!levels_[0].base_vertices.empty())
-        product.indices = levels_[0].base_vertices;
-    for (const RefinedLevel& level : levels_) {
-        for (const StencilTable& factor : level.factors)
+        std::ranges::copy(levels_[0].base_vertices, product.indices.begin());
+    for (int l = 1; l < n_levels(); ++l) {
+        for (const StencilTable& factor : factors(l))
             product = compose(factor, product, n_base);
     }
     return product;
 }
 
-Refinement::Chain Refinement::chain(std::vector<std::vector<std::uint8_t>> wanted) const {
-    // Backwards: the rows of each factor that the rows after it read.
-    std::vector<std::vector<std::vector<std::uint8_t>>> needed(levels_.size());
-    for (std::size_t l = levels_.size(); l-- > 1;) {
-        const auto& factors = levels_[l].factors;
-        needed[l].resize(factors.size());
-        std::vector<std::uint8_t> rows = std::move(wanted[l]);
-        for (std::size_t f = factors.size(); f-- > 0;) {
-            const StencilTable& factor = factors[f];
-            std::vector<std::uint8_t> inputs =
-                f > 0 ? std::vector<std::uint8_t>(factors[f - 1].n_rows(), false)
-                      : std::move(wanted[l - 1]);
-            if (f > 0 || l > 1) {
-                detail::for_each_index(factor.n_rows(), [&](Index r) {
-                    if (!rows[r])
-                        return;
-                    for (auto k = factor.offsets[r]; k < factor.offsets[r + 1]; ++k)
-                        detail::set_flag(inputs[factor.indices[k]]);
+namespace {
+
+/// The rows of a factor that are wanted.
+struct WantedRows {
+    int level;
+    Buffer<Index> rows, place;         // which, and by row: where
+    std::vector<StencilTable> tables;  // of kRowChunk rows each, over the factor before
+    Index first = 0;
+};
+
+}  // namespace
+
+Refinement::Chain Refinement::chain(std::vector<Flags> wanted,
+                                    const StencilTable& more) const {
+    // Backwards: the rows of each factor, and which of the factor before they read.
+    std::deque<WantedRows> factors;
+    tbb::enumerable_thread_specific<detail::DenseRow> sums;
+    for (int l = n_levels(); l-- > 1;) {
+        const detail::LevelRows& rows = *levels_[l].rows;
+        Flags flags = std::move(wanted[l]);
+        for (int f = rows.n_factors(); f-- > 0;) {
+            Flags inputs = f > 0   ? Flags(rows.n_rows(f - 1))
+                           : l > 1 ? std::move(wanted[l - 1])
+                                   : Flags();
+            WantedRows& factor = factors.emplace_front();
+            factor.level = l;
+            factor.rows = detail::flagged(flags, &factor.place);
+            factor.tables.resize(detail::n_chunks(factor.rows.size(), detail::kRowChunk));
+            detail::for_each_chunk(
+                factor.rows.size(), detail::kRowChunk,
+                [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                    StencilTable& table = factor.tables[chunk];
+                    // Enough inside of a mesh of quads.
+                    table.indices.reserve(9 * (end - begin));
+                    table.weights.reserve(9 * (end - begin));
+                    detail::DenseRow& row_sums = sums.local();
+                    for (std::size_t i = begin; i < end; ++i) {
+                        rows.add(f, factor.rows[i], row_sums, table);
+                        table.end_row();
+                    }
+                    for (const Index i : table.indices) {
+                        if (!inputs.empty())
+                            detail::set_flag(inputs[i]);
+                    }
                 });
-            }
-            needed[l][f] = std::move(rows);
-            rows = std::move(inputs);
+            flags = std::move(inputs);
         }
-        wanted[l - 1] = std::move(rows);
+        wanted[l - 1] = std::move(flags);
     }
 
     // Forwards: their places, and the rows over them.
-    const Index n_base = n_base_points_;
+    struct Chunk {
+        std::size_t factor, chunk, first_weight;
+    };
+    std::vector<Chunk> chunks;
+    std::size_t n_weights = 0;
     Chain chain;
-    std::vector<Index> place = levels_[0].base_vertices;
-    if (place.empty()) {
-        place.resize(n_base);
-        std::iota(place.begin(), place.end(), Index(0));
-    }
-    chain.place.push_back(place);
-    for (std::size_t l = 1; l < levels_.size(); ++l) {
-        for (std::size_t f = 0; f < levels_[l].factors.size(); ++f) {
-            const StencilTable& factor = levels_[l].factors[f];
-            const std::vector<std::uint8_t>& rows = needed[l][f];
-            std::vector<Index> next(factor.n_rows(), kInvalidIndex);
-            // Their number first, then their places and weights.
-            struct Size {
-                Index n_rows = 0;
-                std::size_t n_weights = 0;
-            };
-            std::vector<Size> first(detail::n_chunks(factor.n_rows()) + 1);
-            detail::for_each_chunk(
-                factor.n_rows(), detail::kChunk,
-                [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-                    for (std::size_t r = begin; r < end; ++r) {
-                        if (!rows[r])
-                            continue;
-                        ++first[chunk + 1].n_rows;
-                        first[chunk + 1].n_weights +=
-                            factor.offsets[r + 1] - factor.offsets[r];
-                    }
-                });
-            first[0] = {chain.rows.n_rows(), chain.rows.indices.size()};
-            for (std::size_t chunk = 1; chunk < first.size(); ++chunk) {
-                first[chunk].n_rows += first[chunk - 1].n_rows;
-                first[chunk].n_weights += first[chunk - 1].n_weights;
-            }
-            chain.rows.offsets.resize(first.back().n_rows + std::size_t(1));
-            chain.rows.indices.resize(first.back().n_weights);
-            chain.rows.weights.resize(first.back().n_weights);
-            detail::for_each_chunk(
-                factor.n_rows(), detail::kChunk,
-                [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-                    auto [row, weight] = first[chunk];
-                    for (std::size_t r = begin; r < end; ++r) {
-                        if (!rows[r])
-                            continue;
-                        next[r] = n_base + row;
-                        for (std::size_t k = factor.offsets[r]; k < factor.offsets[r + 1];
-                             ++k, ++weight) {
-                            chain.rows.indices[weight] = place[factor.indices[k]];
-                            chain.rows.weights[weight] = factor.weights[k];
-                        }
-                        chain.rows.offsets[++row] = weight;
-                    }
-                });
-            chain.groups.push_back(chain.rows.n_rows());
-            place = std::move(next);
+    for (std::size_t f = 0; f < factors.size(); ++f) {
+        factors[f].first = chain.groups.back();
+        chain.groups.push_back(chain.groups.back() +
+                               static_cast<Index>(factors[f].rows.size()));
+        for (std::size_t c = 0; c < factors[f].tables.size(); ++c) {
+            chunks.push_back({f, c, n_weights});
+            n_weights += factors[f].tables[c].indices.size();
         }
-        chain.place.push_back(place);
     }
+    chain.rows.offsets.reserve(chain.groups.back() + more.offsets.size());
+    chain.rows.indices.reserve(n_weights + more.indices.size());
+    chain.rows.weights.reserve(n_weights + more.indices.size());
+    chain.rows.offsets.resize(chain.groups.back() + std::size_t(1));
+    chain.rows.indices.resize(n_weights);
+    chain.rows.weights.resize(n_weights);
+    const auto for_each_table = [&](auto&& f) {
+        detail::for_each_chunk(
+            chunks.size(), 1, [&](std::size_t i, std::size_t, std::size_t) {
+                const Chunk& chunk = chunks[i];
+                f(chunk, chunk.factor, chunk.chunk * detail::kRowChunk);
+            });
+    };
+    for_each_table([&](const Chunk& chunk, std::size_t f, std::size_t begin) {
+        WantedRows& factor = factors[f];
+        for (Index r = 0; r < factor.tables[chunk.chunk].n_rows(); ++r)
+            factor.place[factor.rows[begin + r]] += n_base_points_ + factor.first;
+    });
+    const std::vector<Index>& base_vertices = levels_[0].base_vertices;
+    for_each_table([&](const Chunk& chunk, std::size_t f, std::size_t begin) {
+        const WantedRows& factor = factors[f];
+        const StencilTable& table = factor.tables[chunk.chunk];
+        const auto place = [&](Index i) {
+            return f > 0                   ? factors[f - 1].place[i]
+                   : base_vertices.empty() ? i
+                                           : base_vertices[i];
+        };
+        for (Index r = 0; r < table.n_rows(); ++r) {
+            chain.rows.offsets[factor.first + begin + r + 1] =
+                chunk.first_weight + table.offsets[r + 1];
+        }
+        for (std::size_t k = 0; k < table.indices.size(); ++k) {
+            chain.rows.indices[chunk.first_weight + k] = place(table.indices[k]);
+            chain.rows.weights[chunk.first_weight + k] = table.weights[k];
+        }
+    });
+    chain.place.resize(levels_.size());
+    chain.place[0].assign(base_vertices.begin(), base_vertices.end());
+    if (base_vertices.empty()) {
+        chain.place[0].resize(n_base_points_);
+        detail::for_each_index(n_base_points_, [&](Index v) { chain.place[0][v] = v; });
+    }
+    // The last factor of a level makes its points.
+    for (WantedRows& factor : factors)
+        chain.place[factor.level] = std::move(factor.place);
     return chain;
 }
 

@@ -5,10 +5,12 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "far/buffer.h"
 #include "far/features.h"
 #include "far/stencil_table.h"
 #include "far/topology.h"
@@ -59,25 +61,29 @@ struct Junction {
     std::vector<double> rays;  ///< sharpness of the others
 };
 
+namespace detail {
+class LevelRows;
+struct RefinedPart;
+}  // namespace detail
+
 /// One level of refinement, of the whole mesh or of a part.
 struct RefinedLevel {
     Topology topology;
     /// Odd degrees and level 0: what is left of the sharpness; the border is infinitely sharp.
     Features features;
-    /// From the points of the level above to the points of this one: the tables are applied
-    /// one after the other. Kept apart, since their product is larger.
-    std::vector<StencilTable> factors;
+    /// What its points are made of, from level 1 on; see Refinement::factors().
+    std::shared_ptr<const detail::LevelRows> rows;
     /// By halfedge of the level above: the face (odd degrees) or vertex (even degrees) that
     /// its corner became; kInvalidIndex where that part was left out. Empty at level 0.
-    std::vector<Index> children;
+    Buffer<Index> children;
     /// Even degrees: by vertex that comes from a corner, the halfedge that starts there in
     /// the face of that corner's vertex (at level 1) or face (later levels).
     std::vector<Index> corner_halfedges;
 
     /// Edges that are borders only because the mesh was left out beyond; empty: none.
-    std::vector<bool> gap;
+    Flags gap;
     /// Vertices whose points are known: those too close to a gap are not. Empty: all.
-    std::vector<bool> known;
+    Flags known;
 
     /// Even degrees: infinitely sharp edges are cut, so that all curves are borders.
     std::vector<Index> base_vertices;           ///< level 0: where each vertex comes from
@@ -121,6 +127,9 @@ class Refinement {
 public:
     /// \pre kMinDegree <= degree <= kMaxDegree; even degrees: check_refinement()
     Refinement(Topology base, int degree, Features features = {});
+    // Levels refer to each other.
+    Refinement(const Refinement&) = delete;
+    Refinement(Refinement&&) = default;
 
     int degree() const noexcept { return degree_; }
     int n_levels() const noexcept { return static_cast<int>(levels_.size()); }
@@ -128,13 +137,18 @@ public:
     const RefinedLevel& level(int i) const noexcept { return levels_[i]; }
     const Topology& topology(int i) const noexcept { return levels_[i].topology; }
     Index n_base_points() const noexcept { return n_base_points_; }
-    /// Hands out the topology of a level, which is empty from then on.
-    Topology release_topology(int i) noexcept { return std::move(levels_[i].topology); }
+    /// Hands out a level; nothing is to be asked of the refinement from then on.
+    RefinedLevel release(int i) noexcept { return std::move(levels_[i]); }
 
     void add_level();
     /// Refines a part of the last level.
     /// \pre keep.size() == topology(n_levels() - 1).n_faces()
-    void add_level(const std::vector<bool>& keep);
+    void add_level(const Flags& keep);
+
+    /// From the points of the level above to those of a level > 0: the tables are applied one
+    /// after the other. Kept apart, since their product is larger. Rows of points that are not
+    /// known are empty. Odd degrees: they are made anew with each call.
+    std::vector<StencilTable> factors(int level) const;
 
     /// The points of the last level.
     /// \pre base.size() == n_base_points(); no level was added in part
@@ -153,16 +167,17 @@ public:
         /// Where groups of rows begin, and the end; rows of a group read none of it.
         std::vector<Index> groups{0};
         /// By level and vertex: the place in the array; kInvalidIndex where it has none.
-        std::vector<std::vector<Index>> place;
+        std::vector<Buffer<Index>> place;
     };
     /// \param wanted  by level and vertex; points on the way to these get rows as well. Those
     ///        of level 0 are there in any case, and nothing is asked of wanted[0].
     /// \pre wanted.size() == n_levels(); wanted[i].size() == topology(i).n_vertices() for
     ///      i > 0; what is wanted is known
-    Chain chain(std::vector<std::vector<std::uint8_t>> wanted) const;
+    /// \param more  there will be room for so many rows and entries behind those of the chain
+    Chain chain(std::vector<Flags> wanted, const StencilTable& more = {}) const;
 
 private:
-    void add_refined(const RefinedLevel& parent);
+    void add_refined(std::shared_ptr<const detail::RefinedPart> part);
 
     int degree_;
     Index n_base_points_;

@@ -9,6 +9,53 @@
 namespace osdx::detail {
 namespace {
 
+/// Follows what is known through the factors of a level.
+class KnownRows {
+public:
+    explicit KnownRows(Flags inputs) : known_(std::move(inputs)) {}
+
+    /// The rows, but empty where an input is unknown or `unusable` says so.
+    StencilTable filter(StencilTable rows, const Flags& unusable) {
+        if (known_.empty() && unusable.empty())
+            return rows;
+        Flags known(rows.n_rows());
+        StencilTable result = make_rows(rows.n_rows(), [&](Index r, StencilTable& table) {
+            bool ok = unusable.empty() || !unusable[r];
+            const std::size_t begin = rows.offsets[r], end = rows.offsets[r + 1];
+            for (std::size_t k = begin; ok && k < end; ++k)
+                ok = known_.empty() || known_[rows.indices[k]];
+            for (std::size_t k = begin; ok && k < end; ++k)
+                table.add(rows.indices[k], rows.weights[k]);
+            known[r] = ok;
+        });
+        known_ = std::move(known);
+        return result;
+    }
+    /// Empty: all are known.
+    Flags take() { return std::move(known_); }
+
+private:
+    Flags known_;
+};
+
+/// Rows that were made beforehand.
+class StoredRows : public LevelRows {
+public:
+    explicit StoredRows(std::vector<StencilTable> factors)
+        : factors_(std::move(factors)) {}
+
+    int n_factors() const override { return static_cast<int>(factors_.size()); }
+    Index n_rows(int factor) const override { return factors_[factor].n_rows(); }
+    void add(int factor, Index row, DenseRow&, StencilTable& table) const override {
+        const StencilTable& rows = factors_[factor];
+        for (std::size_t k = rows.offsets[row]; k < rows.offsets[row + 1]; ++k)
+            table.add(rows.indices[k], rows.weights[k]);
+    }
+
+private:
+    std::vector<StencilTable> factors_;
+};
+
 /// Rows that come entry by entry, with sums where an index comes again.
 class RowSums {
 public:
@@ -322,6 +369,7 @@ void note_gaps(RefinedLevel& level) {
 /// One step of refinement.
 class EvenStep {
 public:
+    /// \param parent  what is refined: a level, or a part of one
     EvenStep(const RefinedLevel& parent, bool is_base)
         : parent_(parent),
           mesh_(parent.topology),
@@ -329,7 +377,8 @@ public:
           parent_step_(next_step(parent)),
           parent_centres_(parent, parent_step_) {}
 
-    RefinedLevel build(int degree) {
+    /// \param part  null: the whole level
+    RefinedLevel build(int degree, const RefinedPart* part) {
         level_.features.boundary = parent_.features.boundary;
         level_.features.creases = parent_.features.creases;
         rows_ = corner_rows(parent_, parent_centres_, parent_step_, is_base_);
@@ -348,11 +397,16 @@ public:
         }
         note_gaps(level_);
         KnownRows known(parent_.known);
-        level_.factors.push_back(known.filter(std::move(rows_), {}));
+        factors_.push_back(known.filter(std::move(rows_), {}));
         if (degree >= 4)
             smooth((degree - 2) / 2, known);
         level_.known = known.take();
         end_sharpness();
+        if (part) {
+            for (Index& i : factors_.front().indices)
+                i = part->vertices[i];
+        }
+        level_.rows = std::make_shared<StoredRows>(std::move(factors_));
 
         // Quad h of split(parent) has the vertex of corner h at its corner 0, the face at 2.
         level_.corner_halfedges.resize(mesh_.n_halfedges());
@@ -547,12 +601,12 @@ private:
             }
             to_vertices.end_row();
         }
-        std::vector<bool> unusable = vertices_beside_gaps(level_);
+        Flags unusable = vertices_beside_gaps(level_);
         for (Index r = 0; r < level_.rays.size() && !unusable.empty(); ++r)
             unusable[level_.rays[r].point] = ray_faces[r].size() < 2;
         for (int i = 0; i < n_times; ++i) {
-            level_.factors.push_back(known.filter(to_faces, {}));
-            level_.factors.push_back(known.filter(to_vertices, unusable));
+            factors_.push_back(known.filter(to_faces, {}));
+            factors_.push_back(known.filter(to_vertices, unusable));
         }
     }
 
@@ -585,6 +639,7 @@ private:
     Topology split_;
     std::vector<Index> map_;  // from halfedges of split_ to those of the level
     StencilTable rows_;
+    std::vector<StencilTable> factors_;
     std::vector<double> rays_after_;
     std::vector<Junction> junctions_after_;
 };
@@ -624,8 +679,10 @@ RefinedLevel even_base(Topology base, const Features& features) {
     return level;
 }
 
-RefinedLevel refine_even(const RefinedLevel& parent, int degree, bool parent_is_base) {
-    return EvenStep(parent, parent_is_base).build(degree);
+void refine_even(const RefinedLevel& parent, std::shared_ptr<const RefinedPart> part,
+                 int degree, bool parent_is_base, RefinedLevel& level) {
+    level =
+        EvenStep(part ? part->level : parent, parent_is_base).build(degree, part.get());
 }
 
 }  // namespace osdx::detail

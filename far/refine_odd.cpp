@@ -20,8 +20,8 @@ Features child_features(const Topology& t, const Features& f) {
     };
     if (!f.vertex_sharpness.empty()) {
         child.vertex_sharpness.assign(t.n_vertices() + t.n_edges + t.n_faces(), 0.0);
-        for (Index v = 0; v < t.n_vertices(); ++v)
-            child.vertex_sharpness[v] = lower(f.vertex(v));
+        for_each_index(t.n_vertices(),
+                       [&](Index v) { child.vertex_sharpness[v] = lower(f.vertex(v)); });
     }
     if (!f.hole.empty()) {
         for (Index h = 0; h < t.n_halfedges(); ++h)
@@ -72,39 +72,11 @@ public:
                  const Features& child)
         : mesh_(mesh), features_(features), quads_(quads), child_(child) {}
 
-    /// Of all vertices but those of `skip`, whose rows are empty.
-    StencilTable rows_after_split(const std::vector<bool>& skip) const {
-        return make_rows(quads_.n_vertices(), [&](Index v, StencilTable& s) {
-            if (skip.empty() || !skip[v])
-                add_row(v, true, s);
-        });
-    }
-
-    /// Of the vertices, but those of `skip`, all of whose inputs are known.
-    StencilTable rows(const KnownRows& known, const std::vector<bool>& skip) const {
-        return make_rows(quads_.n_vertices(), [&](Index v, StencilTable& s) {
-            if (!skip.empty() && skip[v])
-                return;
-            const std::size_t begin = s.indices.size();
-            add_row(v, false, s);
-            if (!known.contains(std::span(s.indices).subspan(begin))) {
-                s.indices.resize(begin);
-                s.weights.resize(begin);
-            }
-        });
-    }
-
-private:
-    bool is_edge_vertex(Index v) const {
-        return v >= mesh_.n_vertices() && v < mesh_.n_vertices() + mesh_.n_edges;
-    }
-    double sharpness_before(Index edge) const {
-        return edge < 2 * mesh_.n_edges ? features_.edge(edge / 2) : 0.0;
-    }
-
-    void add_row(Index v, bool right_after_split, StencilTable& s) const {
+    /// Calls add(vertex, weight) for the entries of a row, over the vertices of the quads.
+    template <class Add>
+    void for_each_entry(Index v, bool right_after_split, Add&& add) const {
         if (features_.edge_sharpness.empty() && features_.vertex_sharpness.empty()) {
-            return add_rule(VertexRule::Smooth, v, 1, right_after_split, s,
+            return add_rule(VertexRule::Smooth, v, 1, right_after_split, add,
                             [](Index) { return false; });
         }
         std::size_t n_before = 0, n_after = 0;
@@ -120,39 +92,126 @@ private:
         const VertexRule from = vertex_rule(before, n_before),
                          to = vertex_rule(child_.vertex(v), n_after);
         const double w = from == to ? 1 : end.weight_before();
-        add_rule(from, v, w, right_after_split, s,
+        add_rule(from, v, w, right_after_split, add,
                  [&](Index e) { return sharpness_before(e) > 0; });
         if (w < 1) {
-            add_rule(to, v, 1 - w, right_after_split, s,
+            add_rule(to, v, 1 - w, right_after_split, add,
                      [&](Index e) { return child_.edge(e) > 0; });
         }
     }
 
-    template <class IsSharp>
-    void add_rule(VertexRule rule, Index v, double w, bool right_after_split,
-                  StencilTable& s, IsSharp&& is_sharp) const {
+    /// The row of a vertex right after split() over the vertices of the mesh, where that is of
+    /// quads and nothing is sharp: to the last bit what the sums are, without summing up.
+    /// \return false where it is not so, or a vertex is met twice
+    bool plain_row(Index v, std::vector<std::pair<Index, double>>& row) const {
+        if (!mesh_.quads_only)
+            return false;
+        row.clear();
+        const Index first_edge = mesh_.n_vertices(),
+                    first_face = first_edge + mesh_.n_edges;
+        if (v >= first_face) {
+            for (Index h = 4 * (v - first_face), k = 0; k < 4; ++k)
+                row.emplace_back(mesh_.vertex[h + k], 0.25);
+        } else if (v >= first_edge) {
+            const Index h = edge_halfedge(v), twin = mesh_.twin[h];
+            if (features_.edge(mesh_.edge[h]) > 0 || twin == kInvalidIndex)
+                return false;
+            for (Index side : {h, twin}) {
+                row.emplace_back(mesh_.vertex[side], 0.375);
+                for (int k = 0; k < 2; ++k) {
+                    side = mesh_.next(side);
+                    row.emplace_back(mesh_.to_vertex(side), 0.0625);
+                }
+            }
+        } else {
+            double n = 0;
+            bool plain = !(features_.vertex(v) > 0);
+            mesh_.for_each_outgoing(v, [&](Index h) {
+                ++n;
+                plain =
+                    plain && !(features_.edge(mesh_.edge[h]) > 0) && !mesh_.is_border(h);
+            });
+            if (!plain || n == 0)
+                return false;
+            // In the order of the sums over vertices, middles of edges and of faces.
+            const SmoothWeights w = smooth_weights(n, true);
+            const double edge = w.beside * 0.5, face = w.diagonal * 0.25;
+            double own = w.own;
+            mesh_.for_each_outgoing(v, [&](Index h) {
+                own += edge;
+                own += face;
+                const Index next = mesh_.next(h);
+                row.emplace_back(mesh_.vertex[next], edge + face + face);
+                row.emplace_back(mesh_.to_vertex(next), face);
+            });
+            if (own != 0)
+                row.emplace_back(v, own);
+        }
+        std::ranges::sort(row, {}, &std::pair<Index, double>::first);
+        const auto same = [](const auto& a, const auto& b) { return a.first == b.first; };
+        return std::ranges::adjacent_find(row, same) == row.end();
+    }
+
+    /// Calls add(vertex, weight) for what split() makes a vertex of, over those of the mesh.
+    template <class Add>
+    void for_each_split_entry(Index v, Add&& add) const {
+        const Index first_edge = mesh_.n_vertices(),
+                    first_face = first_edge + mesh_.n_edges;
+        if (v < first_edge) {
+            add(v, 1.0);
+        } else if (v < first_face) {
+            const Index h = edge_halfedge(v);
+            add(mesh_.vertex[h], 0.5);
+            add(mesh_.to_vertex(h), 0.5);
+        } else {
+            const Index f = v - first_face;
+            const double w = 1.0 / mesh_.face_size(f);
+            for (Index h = mesh_.face_offsets[f]; h < mesh_.face_offsets[f + 1]; ++h)
+                add(mesh_.vertex[h], w);
+        }
+    }
+
+private:
+    bool is_edge_vertex(Index v) const {
+        return v >= mesh_.n_vertices() && v < mesh_.n_vertices() + mesh_.n_edges;
+    }
+    /// Of the edge in whose middle a vertex is.
+    Index edge_halfedge(Index v) const {
+        // Quad q has the middle of the edge that leaves halfedge q at its corner 1, and at
+        // corner 3 that of the edge before.
+        const Index corner = quads_.vertex_halfedge[v], q = corner / 4;
+        return corner % 4 == 1 ? q : mesh_.prev(q);
+    }
+    double sharpness_before(Index edge) const {
+        return edge < 2 * mesh_.n_edges ? features_.edge(edge / 2) : 0.0;
+    }
+
+    template <class Add, class IsSharp>
+    void add_rule(VertexRule rule, Index v, double w, bool right_after_split, Add&& add,
+                  IsSharp&& is_sharp) const {
         switch (rule) {
             case VertexRule::Corner:
-                s.add(v, w);
+                add(v, w);
                 break;
             case VertexRule::Crease:
-                s.add(v, 0.5 * w);
+                add(v, 0.5 * w);
                 quads_.for_each_edge(v, [&](Index e, Index to) {
                     if (is_sharp(e))
-                        s.add(to, 0.25 * w);
+                        add(to, 0.25 * w);
                 });
                 break;
             case VertexRule::Smooth:
                 if (right_after_split && is_edge_vertex(v))
-                    add_edge_point(v, w, s);
+                    add_edge_point(v, w, add);
                 else
-                    add_smooth(v, w, right_after_split, s);
+                    add_smooth(v, w, right_after_split, add);
                 break;
         }
     }
 
     /// The point of an edge between faces F0 and F1: f (F0 + F1) + (1/2 - f) (V0 + V1).
-    void add_edge_point(Index v, double w, StencilTable& s) const {
+    template <class Add>
+    void add_edge_point(Index v, double w, Add&& add) const {
         const Index first_face = mesh_.n_vertices() + mesh_.n_edges;
         double f = 0;
         quads_.for_each_edge(v, [&](Index, Index to) {
@@ -163,22 +222,23 @@ private:
             }
         });
         quads_.for_each_edge(
-            v, [&](Index, Index to) { s.add(to, w * (to >= first_face ? f : 0.5 - f)); });
+            v, [&](Index, Index to) { add(to, w * (to >= first_face ? f : 0.5 - f)); });
     }
 
-    void add_smooth(Index v, double w, bool right_after_split, StencilTable& s) const {
+    template <class Add>
+    void add_smooth(Index v, double w, bool right_after_split, Add&& add) const {
         const double n = quads_.valence(v);
         if (n == 0) {
-            s.add(v, w);
+            add(v, w);
             return;
         }
         const SmoothWeights weights = smooth_weights(n, right_after_split);
         if (weights.own != 0)
-            s.add(v, w * weights.own);
+            add(v, w * weights.own);
         quads_.for_each_outgoing(v, [&](Index h) {
             const Index to = quads_.next(h);
-            s.add(quads_.vertex[to], w * weights.beside);
-            s.add(quads_.vertex[quads_.next(to)], w * weights.diagonal);
+            add(quads_.vertex[to], w * weights.beside);
+            add(quads_.vertex[quads_.next(to)], w * weights.diagonal);
         });
     }
 
@@ -188,35 +248,107 @@ private:
     const Features& child_;
 };
 
+/// The rows of a level: linear subdivision with a first smoothing, and further smoothings.
+class OddRows : public LevelRows {
+public:
+    /// \param mesh  that was refined: `parent`, or the part of it
+    OddRows(const RefinedLevel& mesh, std::shared_ptr<const RefinedPart> part, int degree,
+            const RefinedLevel& level)
+        : part_(std::move(part)),
+          mesh_(&mesh.topology),
+          quads_(&level.topology),
+          smoothing_(mesh.topology, mesh.features, level.topology, level.features),
+          known_(std::size_t(degree - 1) / 2) {
+        const Flags beside_gap = vertices_beside_gaps(level);
+        if (beside_gap.empty() && mesh.known.empty())
+            return;
+        for (std::size_t f = 0; f < known_.size(); ++f)
+            find_known(f, f > 0 ? known_[f - 1] : mesh.known, beside_gap);
+    }
+
+    int n_factors() const override { return static_cast<int>(known_.size()); }
+    Index n_rows(int) const override { return quads_->n_vertices(); }
+    void add(int factor, Index row, DenseRow& sums, StencilTable& table) const override {
+        const Flags& known = known_[factor];
+        if (!known.empty() && !known[row])
+            return;
+        if (factor > 0) {
+            smoothing_.for_each_entry(row, false,
+                                      [&](Index v, double w) { table.add(v, w); });
+            return;
+        }
+        const auto append = [&](Index v, double w) {
+            table.add(part_ ? part_->vertices[v] : v, w);
+        };
+        if (smoothing_.plain_row(row, sums.entries())) {
+            for (const auto& [v, w] : sums.entries())
+                append(v, w);
+            return;
+        }
+        sums.fit(mesh_->n_vertices());
+        for_each_entry_after_split(row, [&](Index v, double w) { sums.add(v, w); });
+        sums.take(append);
+    }
+    /// Of the points of the level; empty: all.
+    const Flags& known() const { return known_.back(); }
+
+private:
+    template <class Add>
+    void for_each_entry_after_split(Index row, Add&& add) const {
+        smoothing_.for_each_entry(row, true, [&](Index q, double w) {
+            smoothing_.for_each_split_entry(q, [&](Index v, double x) { add(v, w * x); });
+        });
+    }
+
+    /// Rows are known where all inputs are, but not beside gaps. Either may be empty.
+    void find_known(std::size_t factor, const Flags& inputs, const Flags& beside_gap) {
+        // Far from what is unknown there is nothing to look for.
+        const Flags beside = inputs.empty() ? Flags()
+                                            : vertices_beside_unknown(
+                                                  factor > 0 ? *quads_ : *mesh_, inputs);
+        Flags& known = known_[factor];
+        known.resize(quads_->n_vertices());
+        for_each_index(known.size(), [&](Index v) {
+            bool all = beside_gap.empty() || !beside_gap[v], close = false;
+            const auto look = [&](Index i, double) { close = close || beside[i]; };
+            const auto read = [&](Index i, double) { all = all && inputs[i]; };
+            if (all && !inputs.empty()) {
+                if (factor > 0)
+                    close = beside[v];
+                else
+                    smoothing_.for_each_split_entry(v, look);
+            }
+            if (close && factor > 0)
+                smoothing_.for_each_entry(v, false, read);
+            else if (close)
+                for_each_entry_after_split(v, read);
+            known[v] = all;
+        });
+    }
+
+    std::shared_ptr<const RefinedPart> part_;
+    const Topology *mesh_, *quads_;
+    OddSmoothing smoothing_;
+    std::vector<Flags> known_;  // by factor, of its rows; empty: all
+};
+
 }  // namespace
 
-RefinedLevel refine_odd(const RefinedLevel& parent, int degree) {
-    const Topology& mesh = parent.topology;
-    RefinedLevel level;
+void refine_odd(const RefinedLevel& parent, std::shared_ptr<const RefinedPart> part,
+                int degree, RefinedLevel& level) {
+    const RefinedLevel& refined = part ? part->level : parent;
+    const Topology& mesh = refined.topology;
     level.topology = split(mesh);
-    level.features = child_features(mesh, parent.features);
-    if (!parent.gap.empty()) {
-        level.gap.assign(level.topology.n_edges, false);
-        for (Index e = 0; e < mesh.n_edges; ++e)
-            level.gap[2 * e] = level.gap[2 * e + 1] = parent.gap[e];
+    level.features = child_features(mesh, refined.features);
+    if (!refined.gap.empty()) {
+        level.gap.resize(level.topology.n_edges);
+        for_each_index(mesh.n_edges, [&](Index e) {
+            level.gap[2 * e] = level.gap[2 * e + 1] = refined.gap[e];
+        });
     }
-    const OddSmoothing smoothing(mesh, parent.features, level.topology, level.features);
-    KnownRows known(parent.known);
-    const std::vector<bool> beside_gap = vertices_beside_gaps(level);
-    StencilTable first = compose(smoothing.rows_after_split(beside_gap),
-                                 split_stencils(mesh), mesh.n_vertices());
-    if (parent.known.empty()) {
-        known.follow(first, beside_gap);
-        level.factors.push_back(std::move(first));
-    } else {
-        level.factors.push_back(known.filter(std::move(first), beside_gap));
-    }
-    for (int i = 0; i < (degree - 3) / 2; ++i) {
-        level.factors.push_back(smoothing.rows(known, beside_gap));
-        known.follow(level.factors.back(), beside_gap);
-    }
-    level.known = known.take();
-    return level;
+    const auto rows = std::make_shared<OddRows>(refined, std::move(part), degree, level);
+    level.known = rows->known();
+    level.rows = rows;
 }
 
 }  // namespace osdx::detail

@@ -6,21 +6,47 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "far/refine.h"
+#include "far/stencil_rows.h"
 
 /// The steps of Refinement, one file for odd and one for even degrees.
 namespace osdx::detail {
 
-RefinedLevel refine_odd(const RefinedLevel& parent, int degree);
+/// From the points of the level above to those of a level, by factors that are applied one
+/// after the other. Rows are made when they are asked for: of a part that is refined few are.
+/// Threads: const members may run at the same time.
+class LevelRows {
+public:
+    virtual ~LevelRows() = default;
+    virtual int n_factors() const = 0;
+    virtual Index n_rows(int factor) const = 0;
+    /// Appends the entries of a row; none where the point is not known.
+    /// \param sums  of the thread
+    virtual void add(int factor, Index row, DenseRow& sums,
+                     StencilTable& table) const = 0;
+};
+
+/// A part of a level.
+struct RefinedPart {
+    RefinedLevel level;
+    Buffer<Index> vertices, halfedges;  ///< of the whole level
+};
+
+/// Refines a level, or a part of it. The level that is made refers to itself, `parent` and `part`.
+/// \param part  null: all
+void refine_odd(const RefinedLevel& parent, std::shared_ptr<const RefinedPart> part,
+                int degree, RefinedLevel& level);
+void refine_even(const RefinedLevel& parent, std::shared_ptr<const RefinedPart> part,
+                 int degree, bool parent_is_base, RefinedLevel& level);
 
 /// Level 0 for even degrees.
 /// \param features  with_border()
 RefinedLevel even_base(Topology base, const Features& features);
-RefinedLevel refine_even(const RefinedLevel& parent, int degree, bool parent_is_base);
 
 /// Odd degrees: what a vertex is to the creases through it.
 enum class VertexRule : std::uint8_t { Smooth, Crease, Corner };
@@ -67,39 +93,9 @@ inline constexpr double kSmoothTriangle = 0.47;
 StencilTable identity_stencils(Index n);
 
 /// Vertices at the end of an edge that is a gap; empty: none.
-std::vector<bool> vertices_beside_gaps(const RefinedLevel& level);
+Flags vertices_beside_gaps(const RefinedLevel& level);
 
-/// Follows what is known through the factors of a level.
-class KnownRows {
-public:
-    explicit KnownRows(std::vector<bool> inputs) : known_(std::move(inputs)) {}
-
-    /// The rows, but empty where an input is unknown or `unusable` says so.
-    template <class Rows>
-    StencilTable filter(Rows&& rows, const std::vector<bool>& unusable) {
-        if (known_.empty() && unusable.empty())
-            return std::forward<Rows>(rows);
-        return usable(rows, unusable);
-    }
-    /// After rows that are empty where filter() would make them so.
-    void follow(const StencilTable& rows, const std::vector<bool>& unusable) {
-        if (known_.empty() && unusable.empty())
-            return;
-        known_.resize(rows.n_rows());
-        for (Index r = 0; r < rows.n_rows(); ++r)
-            known_[r] = rows.offsets[r] < rows.offsets[r + 1];
-    }
-    bool contains(std::span<const Index> points) const {
-        return known_.empty() ||
-               std::ranges::all_of(points, [&](Index p) { return known_[p]; });
-    }
-    /// Empty: all are known.
-    std::vector<bool> take() { return std::move(known_); }
-
-private:
-    StencilTable usable(const StencilTable& rows, const std::vector<bool>& unusable);
-
-    std::vector<bool> known_;
-};
+/// Vertices that share a face with one whose flag is not set.
+Flags vertices_beside_unknown(const Topology& topology, const Flags& known);
 
 }  // namespace osdx::detail

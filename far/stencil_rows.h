@@ -3,7 +3,9 @@
 
 #pragma once
 
+#include <algorithm>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "far/parallel.h"
@@ -12,7 +14,73 @@
 /// Stencil tables whose rows are made on all threads. For the sources of this project.
 namespace osdx::detail {
 
-inline constexpr std::size_t kRowChunk = 512;
+/// Rows without their repetitions, numbered in the order in which they come.
+class DistinctRows {
+public:
+    const StencilTable& rows() const noexcept { return rows_; }
+    /// The number of a row of another table, of the same entries in the same order.
+    Index find_or_add(const StencilTable& table, Index row);
+    /// Rows to come are compared to none of those before.
+    void forget() noexcept {
+        first_ = rows_.n_rows();
+        slots_.clear();
+    }
+
+private:
+    std::size_t slot_of(std::size_t hash) const noexcept;
+    void grow();
+
+    StencilTable rows_;
+    Index first_ = 0;
+    std::vector<std::size_t> hashes_;  // of all rows
+    // A table of some power of two, less than half of it full; where a slot is taken, the next
+    // free one: kInvalidIndex.
+    std::vector<Index> slots_;
+};
+
+inline constexpr std::size_t kRowChunk = 256;
+
+/// A row whose inputs come again and again.
+///
+/// Gustavson (1978): one dense accumulator, cleared by the list of touched entries.
+class DenseRow {
+public:
+    void fit(Index n_inputs) {
+        if (sum_.size() < n_inputs) {
+            sum_.resize(n_inputs);
+            touched_.resize(n_inputs);
+        }
+    }
+    /// \pre fit() for more inputs than this one
+    void add(Index input, double weight) {
+        if (!touched_[input]) {
+            touched_[input] = true;
+            inputs_.push_back(input);
+        }
+        sum_[input] += weight;
+    }
+    /// Hands f(input, weight) the entries in ascending order, and is empty again.
+    template <class F>
+    void take(F&& f) {
+        std::ranges::sort(inputs_);
+        for (const Index i : inputs_) {
+            if (sum_[i] != 0.0)
+                f(i, sum_[i]);
+            sum_[i] = 0.0;
+            touched_[i] = false;
+        }
+        inputs_.clear();
+    }
+
+    /// Room for the entries of rows that need no sums.
+    std::vector<std::pair<Index, double>>& entries() { return entries_; }
+
+private:
+    std::vector<double> sum_;
+    Flags touched_;
+    std::vector<Index> inputs_;
+    std::vector<std::pair<Index, double>> entries_;
+};
 
 /// The rows of some tables, one table after the other.
 StencilTable joined(std::span<StencilTable> tables);

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cassert>
 #include <span>
-#include <vector>
 
+#include "far/buffer.h"
 #include "far/types.h"
 
 namespace osdx {
@@ -17,9 +17,9 @@ namespace osdx {
 /// Shapes: offsets n_rows + 1, starting with 0; indices and weights offsets.back().
 /// A row sums to one, so that stencils commute with affine maps, or is empty.
 struct StencilTable {
-    std::vector<std::size_t> offsets{0};
-    std::vector<Index> indices;
-    std::vector<double> weights;
+    Buffer<std::size_t> offsets{0};
+    Buffer<Index> indices;
+    Buffer<double> weights;
 
     bool operator==(const StencilTable&) const = default;
 

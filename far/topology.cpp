@@ -68,7 +68,7 @@ std::vector<Index> border_halfedges(const Topology& t) {
 MeshData to_mesh_data(const Topology& topology, std::vector<Vec3<double>> positions) {
     MeshData data;
     data.positions = std::move(positions);
-    data.face_vertices = topology.vertex;
+    data.face_vertices.assign(topology.vertex.begin(), topology.vertex.end());
     for (Index f = 0; f < topology.n_faces(); ++f)
         data.face_sizes.push_back(topology.face_size(f));
     return data;
@@ -87,39 +87,42 @@ Topology split(const Topology& t) {
     s.twin.resize(4 * n);
     s.edge.resize(4 * n);
     s.face.resize(4 * n);
-    s.vertex_halfedge.assign(first_face + t.n_faces(), kInvalidIndex);
+    s.vertex_halfedge.resize(first_face + t.n_faces());
 
     // The half of edge(h) next to the start of h. The lower halfedge of the pair owns the
     // first half.
     const auto half = [&](Index h) { return 2 * t.edge[h] + (h < t.twin[h] ? 0 : 1); };
     const auto other_half = [&](Index h) { return half(h) ^ 1; };
-    detail::for_each_index(n, [&](Index h) {
-        const Index p = t.prev(h);
-        const Index q = 4 * h;
-        s.face_offsets[h + 1] = q + 4;
-        s.vertex[q] = t.vertex[h];
-        s.vertex[q + 1] = first_edge + t.edge[h];
-        s.vertex[q + 2] = first_face + t.face[h];
-        s.vertex[q + 3] = first_edge + t.edge[p];
-        // Corner to edge middle to face centre to edge middle and back; see the header.
-        s.twin[q] = t.is_border(h) ? kInvalidIndex : 4 * t.next(t.twin[h]) + 3;
-        s.twin[q + 1] = 4 * t.next(h) + 2;
-        s.twin[q + 2] = 4 * p + 1;
-        s.twin[q + 3] = t.is_border(p) ? kInvalidIndex : 4 * t.twin[p];
-        s.edge[q] = half(h);
-        s.edge[q + 1] = 2 * t.n_edges + h;
-        s.edge[q + 2] = 2 * t.n_edges + p;
-        s.edge[q + 3] = other_half(p);
-        for (Index k = 0; k < 4; ++k)
-            s.face[q + k] = h;
-        // The border's or the lowest halfedge at the middle of the edge that leaves h.
-        const Index next = 4 * t.next(h) + 3;
-        Index& out = s.vertex_halfedge[first_edge + t.edge[h]];
-        if (t.is_border(h))
-            out = next;
-        else if (h < t.twin[h])
-            out = std::min({q + 1, next, 4 * t.next(t.twin[h]) + 3});
-    });
+    detail::for_each_index(
+        n,
+        [&](Index h) {
+            const Index p = t.prev(h);
+            const Index q = 4 * h;
+            s.face_offsets[h + 1] = q + 4;
+            s.vertex[q] = t.vertex[h];
+            s.vertex[q + 1] = first_edge + t.edge[h];
+            s.vertex[q + 2] = first_face + t.face[h];
+            s.vertex[q + 3] = first_edge + t.edge[p];
+            // Corner to edge middle to face centre to edge middle and back; see the header.
+            s.twin[q] = t.is_border(h) ? kInvalidIndex : 4 * t.next(t.twin[h]) + 3;
+            s.twin[q + 1] = 4 * t.next(h) + 2;
+            s.twin[q + 2] = 4 * p + 1;
+            s.twin[q + 3] = t.is_border(p) ? kInvalidIndex : 4 * t.twin[p];
+            s.edge[q] = half(h);
+            s.edge[q + 1] = 2 * t.n_edges + h;
+            s.edge[q + 2] = 2 * t.n_edges + p;
+            s.edge[q + 3] = other_half(p);
+            for (Index k = 0; k < 4; ++k)
+                s.face[q + k] = h;
+            // The border's or the lowest halfedge at the middle of the edge that leaves h.
+            const Index next = 4 * t.next(h) + 3;
+            Index& out = s.vertex_halfedge[first_edge + t.edge[h]];
+            if (t.is_border(h))
+                out = next;
+            else if (h < t.twin[h])
+                out = std::min({q + 1, next, 4 * t.next(t.twin[h]) + 3});
+        },
+        detail::kSmallChunk);
     detail::for_each_index(t.n_vertices(), [&](Index v) {
         const Index h = t.vertex_halfedge[v];
         s.vertex_halfedge[v] = h == kInvalidIndex ? kInvalidIndex : 4 * h;
@@ -176,60 +179,79 @@ Topology dual(const Topology& t, std::vector<Index>* halfedge_map) {
     return d;
 }
 
-Submesh submesh(const Topology& t, const std::vector<bool>& keep) {
+Submesh submesh(const Topology& t, const Flags& keep) {
     Submesh s;
-    std::vector<Index> vertex(t.n_vertices(), kInvalidIndex),
-        halfedge(t.n_halfedges(), kInvalidIndex), edge(t.n_edges, kInvalidIndex);
-    for (Index f = 0; f < t.n_faces(); ++f) {
-        if (!keep[f])
-            continue;
-        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h) {
-            vertex[t.vertex[h]] = edge[t.edge[h]] = 0;
-            halfedge[h] = static_cast<Index>(s.halfedges.size());
-            s.halfedges.push_back(h);
-            s.topology.face.push_back(static_cast<Index>(s.faces.size()));
-        }
-        s.faces.push_back(f);
-        s.topology.face_offsets.push_back(static_cast<Index>(s.halfedges.size()));
-    }
-    const auto number = [](std::vector<Index>& map, std::vector<Index>& sources) {
-        for (Index i = 0; i < map.size(); ++i) {
-            if (map[i] == kInvalidIndex)
-                continue;
-            map[i] = static_cast<Index>(sources.size());
-            sources.push_back(i);
-        }
-    };
-    number(vertex, s.vertices);
-    number(edge, s.edges);
     Topology& r = s.topology;
+    Buffer<Index> face, vertex, edge;  // their numbers in the part
+    s.faces = detail::flagged(keep, &face);
     r.quads_only = t.quads_only;
-    r.n_edges = static_cast<Index>(s.edges.size());
-    r.vertex_halfedge.assign(s.vertices.size(), kInvalidIndex);
-    for (Index k = 0; k < s.halfedges.size(); ++k) {
-        const Index h = s.halfedges[k];
-        r.vertex.push_back(vertex[t.vertex[h]]);
-        r.edge.push_back(edge[t.edge[h]]);
-        r.twin.push_back(t.is_border(h) ? kInvalidIndex : halfedge[t.twin[h]]);
-        Index& out = r.vertex_halfedge[r.vertex[k]];
-        if (out == kInvalidIndex || r.is_border(k))
-            out = k;
+    r.face_offsets.resize(s.faces.size() + 1);
+    for (Index f = 0; f < s.faces.size(); ++f) {
+        r.face_offsets[f + 1] =
+            t.quads_only ? 4 * (f + 1) : r.face_offsets[f] + t.face_size(s.faces[f]);
     }
+    Flags has_vertex(t.n_vertices()), has_edge(t.n_edges);
+    const auto for_each_halfedge = [&](auto&& f) {
+        detail::for_each_index(
+            s.faces.size(),
+            [&](Index i) {
+                Index k = r.face_offsets[i];
+                for (Index h = t.face_offsets[s.faces[i]]; k < r.face_offsets[i + 1];)
+                    f(i, k++, h++);
+            },
+            detail::kSmallChunk);
+    };
+    for_each_halfedge([&](Index, Index, Index h) {
+        detail::set_flag(has_vertex[t.vertex[h]]);
+        detail::set_flag(has_edge[t.edge[h]]);
+    });
+    s.vertices = detail::flagged(has_vertex, &vertex);
+    s.edges = detail::flagged(has_edge, &edge);
+    r.n_edges = static_cast<Index>(s.edges.size());
+
+    const auto number = [&](Index h) {
+        const Index f = h == kInvalidIndex ? kInvalidIndex : face[t.face[h]];
+        return f == kInvalidIndex ? kInvalidIndex
+                                  : r.face_offsets[f] + (h - t.face_offsets[t.face[h]]);
+    };
+    const Index n_halfedges = r.face_offsets.back();
+    s.halfedges.resize(n_halfedges);
+    for (auto* array : {&r.vertex, &r.twin, &r.edge, &r.face})
+        array->resize(n_halfedges);
+    for_each_halfedge([&](Index f, Index k, Index h) {
+        s.halfedges[k] = h;
+        r.face[k] = f;
+        r.vertex[k] = vertex[t.vertex[h]];
+        r.edge[k] = edge[t.edge[h]];
+        r.twin[k] = number(t.twin[h]);
+    });
+    // The first one of each vertex, but at the border the last of the border's: the highest of
+    // numbers that fall for the others and rise above them for the border's.
+    constexpr Index kBorder = Index(1) << 31;
+    r.vertex_halfedge = detail::filled<Index>(s.vertices.size(), 0);
+    detail::for_each_index(n_halfedges, [&](Index k) {
+        const Index rank = r.is_border(k) ? kBorder | k : kBorder - 1 - k;
+        detail::raise(r.vertex_halfedge[r.vertex[k]], rank);
+    });
+    detail::for_each_index(s.vertices.size(), [&](Index v) {
+        Index& out = r.vertex_halfedge[v];
+        out = out & kBorder ? out & ~kBorder : kBorder - 1 - out;
+    });
     return s;
 }
 
-std::vector<bool> grown(const Topology& t, std::vector<bool> faces, int rings) {
-    std::vector<bool> vertices;
+Flags grown(const Topology& t, Flags faces, int rings) {
+    Flags vertices(rings > 0 ? t.n_vertices() : 0);
+    // Flags of vertices stay: what was grown before is a part of what is grown now.
     for (int ring = 0; ring < rings; ++ring) {
-        vertices.assign(t.n_vertices(), false);
-        for (Index h = 0; h < t.n_halfedges(); ++h) {
-            if (faces[t.face[h]])
-                vertices[t.vertex[h]] = true;
-        }
-        for (Index h = 0; h < t.n_halfedges(); ++h) {
-            if (vertices[t.vertex[h]])
-                faces[t.face[h]] = true;
-        }
+        detail::for_each_index(t.n_faces(), [&](Index f) {
+            for (Index h = t.face_offsets[f]; faces[f] && h < t.face_offsets[f + 1]; ++h)
+                detail::set_flag(vertices[t.vertex[h]]);
+        });
+        detail::for_each_index(t.n_faces(), [&](Index f) {
+            for (Index h = t.face_offsets[f]; !faces[f] && h < t.face_offsets[f + 1]; ++h)
+                faces[f] = vertices[t.vertex[h]];
+        });
     }
     return faces;
 }

@@ -3,8 +3,10 @@
 
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
+#include "far/buffer.h"
 #include "far/mesh.h"
 #include "far/types.h"
 
@@ -19,14 +21,13 @@ namespace osdx {
 /// Shapes: face_offsets n_faces + 1; vertex, twin, edge, face n_halfedges;
 /// vertex_halfedge n_vertices.
 struct Topology {
-    std::vector<Index> face_offsets{0};
-    std::vector<Index> vertex;  ///< where the halfedge starts
-    std::vector<Index>
-        twin;  ///< on the other side of the edge; kInvalidIndex at a border
-    std::vector<Index> edge;  ///< shared with the twin
-    std::vector<Index> face;  ///< on the left of the halfedge
+    Buffer<Index> face_offsets{0};
+    Buffer<Index> vertex;  ///< where the halfedge starts
+    Buffer<Index> twin;    ///< on the other side of the edge; kInvalidIndex at a border
+    Buffer<Index> edge;    ///< shared with the twin
+    Buffer<Index> face;    ///< on the left of the halfedge
     /// One that starts here, the border's at a border vertex; kInvalidIndex if unused.
-    std::vector<Index> vertex_halfedge;
+    Buffer<Index> vertex_halfedge;
     Index n_edges = 0;
     /// All faces are quads: then halfedge h is corner h modulo 4 of face h / 4, and walks about
     /// vertices read `twin` alone, which is what large meshes wait for. May be false for quads.
@@ -135,16 +136,16 @@ Topology dual(const Topology& topology, std::vector<Index>* halfedge_map = nullp
 /// A part of a mesh, and where its elements come from.
 struct Submesh {
     Topology topology;
-    std::vector<Index> vertices, halfedges, edges, faces;  ///< of the whole mesh
+    Buffer<Index> vertices, halfedges, edges, faces;  ///< of the whole mesh
 };
 
 /// The faces that are kept, with their vertices, all in ascending order.
 /// \pre keep.size() == topology.n_faces()
-Submesh submesh(const Topology& topology, const std::vector<bool>& keep);
+Submesh submesh(const Topology& topology, const Flags& keep);
 
 /// The faces and, `rings` times over, those that share a vertex with them.
 /// \pre faces.size() == topology.n_faces()
-std::vector<bool> grown(const Topology& topology, std::vector<bool> faces, int rings = 1);
+Flags grown(const Topology& topology, Flags faces, int rings = 1);
 
 /// The mesh cut along edges: what was a vertex with several fans of faces between such edges
 /// becomes one vertex a fan. Faces and halfedges keep their numbers, and so do the vertices

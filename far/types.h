@@ -7,6 +7,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <vector>
 
 /// Conventions that hold in every file.
 ///
@@ -18,6 +19,9 @@ namespace osdx {
 
 using Index = std::uint32_t;
 inline constexpr Index kInvalidIndex = std::numeric_limits<Index>::max();
+
+/// 0 or 1 for each element; unlike those of vector<bool>, several threads may write them.
+using Flags = std::vector<std::uint8_t>;
 
 template <class T>
 using Vec2 = glm::vec<2, T, glm::defaultp>;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "eval/evaluator.h"
+#include "far/buffer.h"
 #include "far/dependents.h"
 #include "far/features.h"
 #include "far/mesh.h"
@@ -102,7 +103,7 @@ private:
     std::unique_ptr<const PatchTable> table_;  // stays put: the evaluator refers to it
     std::unique_ptr<const Evaluator> evaluator_;
     std::unique_ptr<const Dependents> dependents_;  // from the first use on
-    std::vector<Vec3<double>> points_;
+    Buffer<Vec3<double>> points_;
     std::vector<Index> unused_vertices_;
 };
 

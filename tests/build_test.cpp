@@ -4,7 +4,6 @@
 // What the number of threads may not change, and updates of a part.
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +15,7 @@
 #include "far/dependents.h"
 #include "far/refine.h"
 #include "osd_ext/surface.h"
+#include "tests/refine_support.h"
 #include "tests/test_meshes.h"
 
 namespace osdx {
@@ -66,9 +66,7 @@ std::vector<SurfaceOptions> all_options() {
 
 Result<Surface> build_with(int n_threads, const MeshData& mesh,
                            const SurfaceOptions& options) {
-    const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
-                                      static_cast<std::size_t>(n_threads));
-    return Surface::build(mesh, options);
+    return test::with_threads(n_threads, [&] { return Surface::build(mesh, options); });
 }
 
 TEST(Build, IsTheSameForAnyNumberOfThreads) {

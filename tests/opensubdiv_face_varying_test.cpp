@@ -210,7 +210,7 @@ std::optional<double> difference(const MeshData& mesh, BoundaryRule boundary,
         if (rule == FaceVaryingRule::All) {
             split_linearly(linear, ours);
         } else {
-            for (const StencilTable& factor : refinement.level(l).factors)
+            for (const StencilTable& factor : refinement.factors(l))
                 ours = refined(factor, ours);
         }
         const Topology& t = refinement.topology(l);

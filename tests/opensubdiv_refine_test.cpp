@@ -209,7 +209,7 @@ bool expect_equal_levels(const MeshData& mesh, double* worst = nullptr,
         refinement.add_level();
         if (far_extrapolates(refinement.level(l - 1), refinement.level(l)))
             return false;
-        for (const StencilTable& factor : refinement.level(l).factors) {
+        for (const StencilTable& factor : refinement.factors(l)) {
             std::vector<Vec3<T>> next(factor.n_rows());
             factor.apply(std::span<const Vec3<T>>(points), std::span(next));
             points = std::move(next);

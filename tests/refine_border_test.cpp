@@ -58,7 +58,7 @@ TEST(RefineBorder, RowsSumToOne) {
             SCOPED_TRACE(at_degree(name, d));
             const Refinement r = refined(mesh, d, 2);
             for (int l = 1; l <= 2; ++l) {
-                for (const StencilTable& s : r.level(l).factors) {
+                for (const StencilTable& s : r.factors(l)) {
                     for (Index row = 0; row < s.n_rows(); ++row) {
                         double sum = 0;
                         for (std::size_t k = s.offsets[row]; k < s.offsets[row + 1];
@@ -596,10 +596,12 @@ void expect_part_of_whole(const MeshData& mesh, int d, int levels, unsigned seed
     for (Index h = 0; h < part.topology(0).n_halfedges(); ++h)
         map.halfedges.push_back(h);
     std::vector<Point> points = part.points(mesh.positions);
+    std::vector<Flags> wanted(1);
+    std::vector<std::vector<Point>> points_of_level(1);
     for (int l = 1; l <= levels; ++l) {
         const Topology& parent = part.topology(l - 1);
         // The surroundings of a face in the middle of what there is.
-        std::vector<bool> keep(parent.n_faces(), false);
+        Flags keep(parent.n_faces(), false);
         if (parent.n_faces() > 0)
             keep[random() % parent.n_faces()] = true;
         part.add_level(grown(parent, keep, d / 2 + 1));
@@ -609,7 +611,7 @@ void expect_part_of_whole(const MeshData& mesh, int d, int levels, unsigned seed
             return;
 
         const RefinedLevel& level = part.level(l);
-        for (const StencilTable& factor : level.factors) {
+        for (const StencilTable& factor : part.factors(l)) {
             std::vector<Point> next(factor.n_rows());
             factor.apply(std::span<const Point>(points), std::span(next));
             points = std::move(next);
@@ -628,6 +630,24 @@ void expect_part_of_whole(const MeshData& mesh, int d, int levels, unsigned seed
             // The same sums in another order at most.
             ASSERT_LE(glm::distance(points[v], expected[map.vertices[v]]), kTol)
                 << "level " << l << ", vertex " << v;
+        }
+        Flags& some = wanted.emplace_back(points.size());
+        for (Index v = 0; v < points.size(); ++v)
+            some[v] = level.is_known(v) && random() % 3 == 0;
+        points_of_level.push_back(points);
+    }
+    // The chain makes the same sums: equal bits.
+    const Refinement::Chain chain = part.chain(wanted);
+    const auto n_base = static_cast<Index>(mesh.positions.size());
+    std::vector<Point> values = mesh.positions;
+    values.resize(n_base + chain.rows.n_rows());
+    chain.rows.extend(n_base, 3, std::span(&values[0].x, 3 * values.size()));
+    for (std::size_t l = 1; l < wanted.size(); ++l) {
+        for (Index v = 0; v < wanted[l].size(); ++v) {
+            if (wanted[l][v]) {
+                ASSERT_EQ(values[chain.place[l][v]], points_of_level[l][v])
+                    << "level " << l << ", vertex " << v;
+            }
         }
     }
 }
@@ -668,7 +688,7 @@ TEST(RefineBorder, OnlyWhatIsCloseToAGapIsUnknown) {
     for (int d = 2; d <= 9; ++d) {
         SCOPED_TRACE(d);
         Refinement r = refined(mesh, d, 0);
-        std::vector<bool> keep(r.topology(0).n_faces(), false);
+        Flags keep(r.topology(0).n_faces(), false);
         keep[3 * 14 + 1] = true;
         r.add_level(grown(r.topology(0), keep, 5));
         const RefinedLevel& level = r.level(1);
@@ -705,8 +725,8 @@ TEST(RefineBorder, AllOfALevelIsTheLevelAndNoneIsEmpty) {
         for (const int d : {2, 3, 4, 5}) {
             SCOPED_TRACE(at_degree(name, d));
             Refinement all = refined(mesh, d, 0), none = refined(mesh, d, 0);
-            all.add_level(std::vector<bool>(all.topology(0).n_faces(), true));
-            none.add_level(std::vector<bool>(none.topology(0).n_faces(), false));
+            all.add_level(Flags(all.topology(0).n_faces(), true));
+            none.add_level(Flags(none.topology(0).n_faces(), false));
             const Refinement whole = refined(mesh, d, 1);
             EXPECT_EQ(all.topology(1).twin, whole.topology(1).twin);
             EXPECT_EQ(all.topology(1).edge, whole.topology(1).edge);

@@ -27,7 +27,7 @@ std::vector<Vec3<T>> base_points(const MeshData& mesh) {
 inline std::size_t sum_of_longest_rows(const Refinement& r, std::size_t least = 0) {
     std::size_t sum = 0;
     for (int l = 1; l < r.n_levels(); ++l) {
-        for (const StencilTable& factor : r.level(l).factors) {
+        for (const StencilTable& factor : r.factors(l)) {
             std::size_t longest = least;
             for (Index row = 0; row < factor.n_rows(); ++row)
                 longest =

@@ -9,12 +9,14 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <map>
 #include <random>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "far/stencil_rows.h"
 #include "tests/refine_support.h"
 #include "tests/test_meshes.h"
 
@@ -82,7 +84,7 @@ TEST(Refine, CountsVerticesAsItSays) {
             const Index cells = above.n_vertices() + above.n_edges + above.n_faces();
             ASSERT_EQ(t.n_vertices(), odd ? cells : above.n_halfedges());
             ASSERT_EQ(t.n_faces(), odd ? above.n_halfedges() : cells);
-            ASSERT_EQ(r.level(l).factors.back().n_rows(), t.n_vertices());
+            ASSERT_EQ(r.factors(l).back().n_rows(), t.n_vertices());
         }
     });
 }
@@ -103,6 +105,7 @@ TEST(Refine, OneStepLeavesOneKindOfIrregularity) {
 TEST(Refine, StencilsSumToOne) {
     for_each_case(2, [](const MeshData&, const Refinement& r) {
         const StencilTable table = r.stencils();
+        const double tolerance = rounding(r);
         for (Index row = 0; row < table.n_rows(); ++row) {
             long double sum = 0;  // so that the test itself does not round
             for (std::size_t k = table.offsets[row]; k < table.offsets[row + 1]; ++k) {
@@ -110,7 +113,7 @@ TEST(Refine, StencilsSumToOne) {
                           0.0);  // the hull of the mesh holds the surface
                 sum += table.weights[k];
             }
-            ASSERT_NEAR(double(sum), 1.0, rounding(r)) << "row " << row;
+            ASSERT_NEAR(double(sum), 1.0, tolerance) << "row " << row;
         }
     });
 }
@@ -242,9 +245,46 @@ TEST(StencilTable, ComposeMultiplies) {
     second.add(1, 1.0);
     second.end_row();
     const StencilTable both = compose(second, first, 3);
-    EXPECT_EQ(both.offsets, (std::vector<std::size_t>{0, 3, 4}));
-    EXPECT_EQ(both.indices, (std::vector<Index>{0, 1, 2, 1}));
-    EXPECT_EQ(both.weights, (std::vector<double>{0.125, 0.5, 0.375, 1.0}));
+    EXPECT_EQ(both.offsets, (Buffer<std::size_t>{0, 3, 4}));
+    EXPECT_EQ(both.indices, (Buffer<Index>{0, 1, 2, 1}));
+    EXPECT_EQ(both.weights, (Buffer<double>{0.125, 0.5, 0.375, 1.0}));
+}
+
+// Many rows of few kinds, so that slots are shared and the table grows on the way.
+TEST(StencilTable, DistinctRowsAreNumberedAsTheyCome) {
+    std::mt19937 random(11);
+    StencilTable all;
+    std::map<std::vector<std::pair<Index, double>>, Index> numbers;
+    std::vector<Index> expected;
+    for (int r = 0; r < 5000; ++r) {
+        std::vector<std::pair<Index, double>> row(random() % 4);
+        for (auto& [index, weight] : row) {
+            index = static_cast<Index>(random() % 8);
+            weight = 0.25 * double(random() % 8);
+            all.add(index, weight);
+        }
+        all.end_row();
+        expected.push_back(
+            numbers.try_emplace(row, static_cast<Index>(numbers.size())).first->second);
+    }
+    detail::DistinctRows distinct;
+    for (Index r = 0; r < all.n_rows(); ++r)
+        ASSERT_EQ(distinct.find_or_add(all, r), expected[r]) << "row " << r;
+    const auto n_rows = static_cast<Index>(numbers.size());
+    ASSERT_EQ(distinct.rows().n_rows(), n_rows);
+    EXPECT_GT(n_rows, 1000u);
+    // The rows are those of their first uses, and after all is forgotten they come anew.
+    for (const auto& [row, number] : numbers) {
+        const StencilTable& rows = distinct.rows();
+        ASSERT_EQ(rows.offsets[number + 1] - rows.offsets[number], row.size());
+        for (std::size_t k = 0; k < row.size(); ++k) {
+            EXPECT_EQ(rows.indices[rows.offsets[number] + k], row[k].first);
+            EXPECT_EQ(rows.weights[rows.offsets[number] + k], row[k].second);
+        }
+    }
+    distinct.forget();
+    EXPECT_EQ(distinct.find_or_add(all, 0), n_rows);
+    EXPECT_EQ(distinct.find_or_add(all, 0), n_rows);
 }
 
 TEST(Refine, WithoutLevelsIsTheMesh) {
