@@ -41,7 +41,7 @@ void to_base_uv(const PatchPoint& where,
     }
 }
 
-/// By the fast kernels, if there is one for the place: up to four channels from `first` on.
+/// By the fast kernels, if there is one for the place: up to three channels.
 template <class T>
 bool fast(const PatchBasis& basis, std::span<const Index> points,
           std::span<const T> values, int n_channels, const PatchPoint& where, int order,
@@ -54,13 +54,8 @@ bool fast(const PatchBasis& basis, std::span<const Index> points,
         const double c = where.scale * kCos[k], s = where.scale * kSin[k];
         map = {c, s, -s, c, 0};
     }
-    return basis.sum<T>({static_cast<int>(where.sector), where.a, where.b}, chart,
-                        {.values = values.data(),
-                         .n_values = values.size(),
-                         .stride = n_channels,
-                         .points = points.data(),
-                         .order = order,
-                         .map = map},
+    return basis.sum<T>({static_cast<int>(where.sector), where.a, where.b}, chart, order,
+                        map, {values.data(), values.size(), n_channels, points.data()},
                         out);
 }
 
@@ -110,7 +105,7 @@ template <int Order, class T>
 void channels(const PatchBasis& basis, std::span<const Index> points,
               std::span<const T> values, int n_channels, const PatchPoint& where,
               Chart chart, std::span<T> out) noexcept {
-    constexpr int kBlock = 4;
+    constexpr int kBlock = 3;
     for (int first = 0; first < n_channels; first += kBlock) {
         const int n = std::min(kBlock, n_channels - first);
         detail::PointJet sums;

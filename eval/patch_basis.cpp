@@ -165,11 +165,12 @@ DomainPoint PatchBasis::from_native(Vec2<double> xy) const noexcept {
 }
 
 template <class T>
-bool PatchBasis::sum(const DomainPoint& p, Chart chart, const detail::PointSum<T>& what,
+bool PatchBasis::sum(const DomainPoint& p, Chart chart, int order,
+                     const detail::ChartMap& map, const detail::PointSum<T>& what,
                      detail::PointJet& out) const noexcept {
     const auto& kernels = std::get<detail::PointKernels<T>>(kernels_);
     if (taylor_) {
-        kernels.regular(*taylor_, d_, p.a, p.b, what, out);
+        kernels.regular(*taylor_, d_, p.a, p.b, order, map, what, out);
         return true;
     }
     if (!ring_ || !kernels.polygon || 2 - p.a - p.b < kCorner)
@@ -184,20 +185,20 @@ bool PatchBasis::sum(const DomainPoint& p, Chart chart, const detail::PointSum<T
                      y_b = ring_->centre * ring_->sine;
         x = {p.b + c2 * (1 - 2 * p.b), -y_b, p.a + c2 * (1 - 2 * p.a), y_b, 1 - 2 * c2};
     }
-    // what.map is that of a turn by quarters.
-    const detail::ChartMap& turn = what.map;
-    detail::PointSum<T> sum = what;
-    sum.map = {turn.x_u * x.x_u + turn.y_u * x.x_v, turn.x_u * x.y_u + turn.y_u * x.y_v,
-               turn.x_v * x.x_u + turn.y_v * x.x_v, turn.x_v * x.y_u + turn.y_v * x.y_v,
-               (turn.x_u * turn.y_v + turn.y_u * turn.x_v) * x.x_uv};
-    kernels.polygon(*ring_, class_.kind, p, sum, out);
+    kernels.polygon(*ring_, class_.kind, p, order,
+                    {map.x_u * x.x_u + map.y_u * x.x_v, map.x_u * x.y_u + map.y_u * x.y_v,
+                     map.x_v * x.x_u + map.y_v * x.x_v, map.x_v * x.y_u + map.y_v * x.y_v,
+                     (map.x_u * map.y_v + map.y_u * map.x_v) * x.x_uv},
+                    what, out);
     return true;
 }
 
-template bool PatchBasis::sum<float>(const DomainPoint&, Chart,
+template bool PatchBasis::sum<float>(const DomainPoint&, Chart, int,
+                                     const detail::ChartMap&,
                                      const detail::PointSum<float>&,
                                      detail::PointJet&) const noexcept;
-template bool PatchBasis::sum<double>(const DomainPoint&, Chart,
+template bool PatchBasis::sum<double>(const DomainPoint&, Chart, int,
+                                      const detail::ChartMap&,
                                       const detail::PointSum<double>&,
                                       detail::PointJet&) const noexcept;
 

@@ -96,14 +96,14 @@ public:
     };
     SideParameters side_parameters(const DomainPoint& p) const;
 
-    /// Derivatives up to second order of the sum of the control points' values times their
-    /// weights, by vectorised kernels: the same as by for_each_weight() up to rounding.
+    /// Derivatives up to an order of 0 to 2 of the sum of the control points' values times
+    /// their weights, by vectorised kernels: the same as by for_each_weight() up to rounding.
     /// \return false where there is no such kernel
     ///
-    /// Derivatives are in (a, b), or (x, y), turned as the sum says.
+    /// \param map  from (a, b), or (x, y), to the variables of the derivatives: a turn, scaled
     template <class T>
-    bool sum(const DomainPoint& p, Chart chart, const detail::PointSum<T>& what,
-             detail::PointJet& out) const noexcept;
+    bool sum(const DomainPoint& p, Chart chart, int order, const detail::ChartMap& map,
+             const detail::PointSum<T>& what, detail::PointJet& out) const noexcept;
 
 private:
     template <int Order>

@@ -23,11 +23,9 @@ struct PointSum {
     std::size_t n_values;  ///< where they end
     int stride;
     const Index* points;  ///< control points of the patch
-    int order;            ///< 0, 1 or 2
-    ChartMap map;
 };
 
-/// p, du, dv, duu, duv, dvv of up to four channels.
+/// p, du, dv, duu, duv, dvv of up to three channels. The fourth number may be anything.
 struct PointJet {
     double value[6][4];
 };
@@ -38,14 +36,15 @@ template <class T>
 struct PointKernels {
     PointKernels();
 
-    /// At (s, t) of [0,1]^2, which are the variables.
-    void (*regular)(const TaylorRows& taylor, int degree, double s, double t,
-                    const PointSum<T>& sum, PointJet& out);
+    /// At (s, t) of [0,1]^2, which are the variables, with derivatives up to an order of 0 to 2.
+    void (*regular)(const TaylorRows& taylor, int degree, double s, double t, int order,
+                    const ChartMap& map, const PointSum<T>& sum, PointJet& out);
 
     /// EV and EF patches inside. The variables are those of RingTables. Null where the
     /// machine's registers are too narrow.
     void (*polygon)(const RingTables& tables, PatchKind kind, const DomainPoint& p,
-                    const PointSum<T>& sum, PointJet& out);
+                    int order, const ChartMap& map, const PointSum<T>& sum,
+                    PointJet& out);
 };
 
 }  // namespace osdx::detail

@@ -44,8 +44,7 @@ private:
     std::vector<double> values_;
 };
 
-/// What the kernels of n-sided patches read: the geometry of the n-gon, and which control
-/// points the ribbons' columns and rows stand for.
+/// What the kernels of n-sided patches read: the geometry of the n-gon.
 ///
 /// Lanes of a register are ribbons: all of them where n <= kLanes (a ring), else kWindow in
 /// the middle of the register, so that neighbours are at hand.
@@ -90,16 +89,11 @@ struct RingTables {
     std::vector<Vec2<double>> sector_turn;  ///< cos and sin of the sectors' directions
 
     std::vector<double> extended;  ///< (1-u)^d times this polynomial is E_(d-1)
-    int n_classes = 0;             ///< of points, one of each in every sector
-    /// Point of class c in sector i is slot_points[c * (n + kLanes) + i]; for EV the vertex
-    /// follows.
-    std::vector<Index> slot_points;
 
 private:
     double far(int j) const noexcept { return j > 1 && j < n - 1 ? 1.0 : 0.0; }
     SideTable near_table(int weight) const;
     void build_polynomials();
-    void build_slots(const PatchClass& patch_class);
 };
 
 }  // namespace osdx::detail
