@@ -41,21 +41,20 @@ void to_base_uv(const PatchPoint& where,
     }
 }
 
-/// By the fast kernels, if there is one for the place: up to three channels.
+/// By the fast kernels, if there is one for the place: up to four channels.
 template <class T>
 bool fast(const PatchBasis& basis, std::span<const Index> points,
           std::span<const T> values, int n_channels, const PatchPoint& where, int order,
           Chart chart, detail::PointJet& out) noexcept {
     // (u, v) run along a b, b -a, -a -b, -b a.
     constexpr double kCos[4] = {1, 0, -1, 0}, kSin[4] = {0, 1, 0, -1};
-    detail::ChartMap map;
+    detail::ChartTurn turn;
     if (chart == Chart::BaseUV) {
         const int k = where.quarter_turns & 3;
-        const double c = where.scale * kCos[k], s = where.scale * kSin[k];
-        map = {c, s, -s, c, 0};
+        turn = {where.scale * kCos[k], where.scale * kSin[k]};
     }
     return basis.sum<T>({static_cast<int>(where.sector), where.a, where.b}, chart, order,
-                        map, {values.data(), values.size(), n_channels, points.data()},
+                        turn, {values.data(), values.size(), n_channels, points.data()},
                         out);
 }
 
@@ -105,7 +104,7 @@ template <int Order, class T>
 void channels(const PatchBasis& basis, std::span<const Index> points,
               std::span<const T> values, int n_channels, const PatchPoint& where,
               Chart chart, std::span<T> out) noexcept {
-    constexpr int kBlock = 3;
+    constexpr int kBlock = 4;
     for (int first = 0; first < n_channels; first += kBlock) {
         const int n = std::min(kBlock, n_channels - first);
         detail::PointJet sums;

@@ -32,7 +32,7 @@ struct Pack;
 template <int kN>
 struct Pack<kN, true> {
     using D = hn::CappedTag<double, kN>;
-    static constexpr int kParts = 1;
+    static constexpr int kParts = 1, kLanes = kN;
     hn::Vec<D> v;
 
     HWY_INLINE static Pack of(double x) { return {hn::Set(D(), x)}; }
@@ -68,17 +68,28 @@ struct Pack<kN, true> {
     friend HWY_INLINE Pack if_at_least(Pack x, Pack least, Pack yes, Pack no) {
         return {hn::IfThenElse(hn::Ge(x.v, least.v), yes.v, no.v)};
     }
-    /// With 1 in the last lane.
-    friend HWY_INLINE Pack with_last_one(Pack a) {
-        const auto rest = hn::FirstN(D(), kN - 1);
-        return {hn::IfThenElse(rest, a.v, hn::Set(D(), 1.0))};
-    }
-    /// The last lane in all.
-    friend HWY_INLINE Pack last_everywhere(Pack a) {
-        return of(hn::ExtractLane(a.v, kN - 1));
-    }
     friend HWY_INLINE double sum_of_lanes(Pack a) {
         return hn::GetLane(hn::SumOfLanes(D(), a.v));
+    }
+    /// The sums of the lanes of a and of b.
+    friend HWY_INLINE void sum_lanes_of_two(Pack a, Pack b, double* sum) {
+        if constexpr (kN >= 4) {
+            // Pairs of lanes a b a b ... Not all targets have these functions.
+            const auto pairs =
+                Add(InterleaveLower(D(), a.v, b.v), InterleaveUpper(D(), a.v, b.v));
+            const hn::Half<D> half;
+            const auto halves = Add(LowerHalf(half, pairs), UpperHalf(half, pairs));
+            if constexpr (kN == 8) {
+                const hn::Half<hn::Half<D>> quarter;
+                StoreU(Add(LowerHalf(quarter, halves), UpperHalf(quarter, halves)),
+                       quarter, sum);
+            } else {
+                StoreU(halves, half, sum);
+            }
+        } else {
+            sum[0] = sum_of_lanes(a);
+            sum[1] = sum_of_lanes(b);
+        }
     }
     /// Lane i of the result is lane index[i].
     friend HWY_INLINE Pack permute(Pack a, const std::int64_t* index) {
@@ -90,7 +101,7 @@ struct Pack<kN, true> {
 template <int kN>
 struct Pack<kN, false> {
     using Half = Pack<kN / 2>;
-    static constexpr int kParts = 2 * Half::kParts;
+    static constexpr int kParts = 2 * Half::kParts, kLanes = kN;
     Half lo, hi;
 
     HWY_INLINE static Pack of(double x) { return {Half::of(x), Half::of(x)}; }
@@ -139,6 +150,9 @@ struct Pack<kN, false> {
                 if_at_least(x.hi, least.hi, yes.hi, no.hi)};
     }
     friend HWY_INLINE double sum_of_lanes(Pack a) { return sum_of_lanes(a.lo + a.hi); }
+    friend HWY_INLINE void sum_lanes_of_two(Pack a, Pack b, double* sum) {
+        sum_lanes_of_two(a.lo + a.hi, b.lo + b.hi, sum);
+    }
     friend HWY_INLINE Pack permute(Pack a, const std::int64_t* index) {
         alignas(64) double from[kN], to[kN];
         a.store(from);
@@ -147,6 +161,16 @@ struct Pack<kN, false> {
         return load(to);
     }
 };
+
+template <int kN>
+HWY_INLINE Pack<4> first_four(Pack<kN> a) {
+    if constexpr (kN == 4)
+        return a;
+    else if constexpr (Pack<kN>::kParts == 1)
+        return {LowerHalf(a.v)};
+    else
+        return a.lo;
+}
 
 HWY_INLINE double mul_add(double a, double b, double c) {
     return a * b + c;

@@ -165,40 +165,37 @@ DomainPoint PatchBasis::from_native(Vec2<double> xy) const noexcept {
 }
 
 template <class T>
-bool PatchBasis::sum(const DomainPoint& p, Chart chart, int order,
-                     const detail::ChartMap& map, const detail::PointSum<T>& what,
+bool PatchBasis::sum(const DomainPoint& p, Chart chart, int order, detail::ChartTurn turn,
+                     const detail::PointSum<T>& what,
                      detail::PointJet& out) const noexcept {
     const auto& kernels = std::get<detail::PointKernels<T>>(kernels_);
     if (taylor_) {
-        kernels.regular(*taylor_, d_, p.a, p.b, order, map, what, out);
+        kernels.regular(*taylor_, d_, p.a, p.b, order, turn, what, out);
         return true;
     }
     if (!ring_ || !kernels.polygon || 2 - p.a - p.b < kCorner)
         return false;
     // The kernel's (x, y) are those of the sector: with (a, b), or turned with it.
-    detail::ChartMap x;
+    const double c = turn.cos, s = turn.sin;
+    detail::ChartMap map;
     if (chart == Chart::Native) {
-        const Vec2<double> turn = ring_->sector_turn[p.sector];
-        x = {turn.x, -turn.y, turn.y, turn.x, 0};
+        const Vec2<double> at = ring_->sector_turn[p.sector];
+        map = {c * at.x + s * at.y, s * at.x - c * at.y, c * at.y - s * at.x,
+               s * at.y + c * at.x, 0};
     } else {
-        const double c2 = ring_->centre * ring_->centre,
-                     y_b = ring_->centre * ring_->sine;
-        x = {p.b + c2 * (1 - 2 * p.b), -y_b, p.a + c2 * (1 - 2 * p.a), y_b, 1 - 2 * c2};
+        const double x_ab = ring_->x_ab, x_a = ring_->x_a + p.b * x_ab,
+                     x_b = ring_->x_a + p.a * x_ab;
+        map = {c * x_a + s * x_b, (s - c) * ring_->y_b, c * x_b - s * x_a,
+               (s + c) * ring_->y_b, (c * c - s * s) * x_ab};
     }
-    kernels.polygon(*ring_, class_.kind, p, order,
-                    {map.x_u * x.x_u + map.y_u * x.x_v, map.x_u * x.y_u + map.y_u * x.y_v,
-                     map.x_v * x.x_u + map.y_v * x.x_v, map.x_v * x.y_u + map.y_v * x.y_v,
-                     (map.x_u * map.y_v + map.y_u * map.x_v) * x.x_uv},
-                    what, out);
+    kernels.polygon(*ring_, class_.kind, p, order, map, what, out);
     return true;
 }
 
-template bool PatchBasis::sum<float>(const DomainPoint&, Chart, int,
-                                     const detail::ChartMap&,
+template bool PatchBasis::sum<float>(const DomainPoint&, Chart, int, detail::ChartTurn,
                                      const detail::PointSum<float>&,
                                      detail::PointJet&) const noexcept;
-template bool PatchBasis::sum<double>(const DomainPoint&, Chart, int,
-                                      const detail::ChartMap&,
+template bool PatchBasis::sum<double>(const DomainPoint&, Chart, int, detail::ChartTurn,
                                       const detail::PointSum<double>&,
                                       detail::PointJet&) const noexcept;
 

@@ -100,9 +100,9 @@ public:
     /// their weights, by vectorised kernels: the same as by for_each_weight() up to rounding.
     /// \return false where there is no such kernel
     ///
-    /// \param map  from (a, b), or (x, y), to the variables of the derivatives: a turn, scaled
+    /// \param turn  from (a, b), or (x, y), to the variables of the derivatives
     template <class T>
-    bool sum(const DomainPoint& p, Chart chart, int order, const detail::ChartMap& map,
+    bool sum(const DomainPoint& p, Chart chart, int order, detail::ChartTurn turn,
              const detail::PointSum<T>& what, detail::PointJet& out) const noexcept;
 
 private:

@@ -17,6 +17,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace osdx::HWY_NAMESPACE {
 
+using detail::ChartMap;
+using detail::ChartTurn;
 using detail::PointJet;
 using detail::PointSum;
 using detail::TaylorRows;
@@ -29,40 +31,53 @@ constexpr bool kHasPolygons = P8::kParts <= 2;
 
 // ------------------------------------------------------------------ sums over points
 
-/// Up to four channels of a control point. Beyond those there may be anything.
-template <class T>
-HWY_INLINE Quad load_point(PointSum<T> sum, Index point) {
+/// Up to four channels of a control point, for V of four lanes or more. Beyond those there may
+/// be anything.
+template <class V, class T>
+HWY_INLINE V load_point(PointSum<T> sum, Index point) {
     const std::size_t at = std::size_t(point) * sum.stride;
-    if (HWY_LIKELY(at <= sum.n_values - 4))
-        return Quad::load(sum.values + at);
-    T last[4] = {};
-    for (std::size_t k = at; k < sum.n_values; ++k)
+    if (HWY_LIKELY(at + V::kLanes <= sum.n_values))
+        return V::load(sum.values + at);
+    T last[V::kLanes] = {};
+    for (std::size_t k = at; k < sum.n_values && k < at + 4; ++k)
         last[k - at] = sum.values[k];
-    return Quad::load(last);
+    return V::load(last);
 }
 
-/// From Taylor coefficients in the kernel's variables to the derivatives that are asked for.
-template <int kOrder>
-HWY_INLINE void finish(const detail::ChartMap& m, LaneJet<Quad, kOrder> jet,
-                       PointJet& out) {
-    jet.c[0].store(out.value[0]);
+/// From Taylor coefficients in the kernel's variables to those in the ones that are asked for.
+template <class V, int kOrder>
+HWY_INLINE LaneJet<V, kOrder> mapped(const ChartMap& m, LaneJet<V, kOrder> jet) {
+    LaneJet<V, kOrder> r;
+    r.c[0] = jet.c[0];
     if constexpr (kOrder > 0) {
-        const Quad x = jet.c[1], y = jet.c[2];
-        mul_add(Quad::of(m.x_u), x, Quad::of(m.y_u) * y).store(out.value[1]);
-        mul_add(Quad::of(m.x_v), x, Quad::of(m.y_v) * y).store(out.value[2]);
+        const V x = jet.c[1], y = jet.c[2];
+        r.c[1] = mul_add(number<V>(m.x_u), x, number<V>(m.y_u) * y);
+        r.c[2] = mul_add(number<V>(m.x_v), x, number<V>(m.y_v) * y);
         if constexpr (kOrder > 1) {
-            const auto second = [&](double x_p, double y_p, double x_q,
-                                    double y_q) OSDX_LAMBDA {
-                return mul_add(Quad::of(2 * x_p * x_q), jet.c[3],
-                               mul_add(Quad::of(x_p * y_q + y_p * x_q), jet.c[4],
-                                       Quad::of(2 * y_p * y_q) * jet.c[5]));
+            const auto second = [&](double xx, double xy, double yy) OSDX_LAMBDA {
+                return mul_add(
+                    number<V>(xx), jet.c[3],
+                    mul_add(number<V>(xy), jet.c[4], number<V>(yy) * jet.c[5]));
             };
-            second(m.x_u, m.y_u, m.x_u, m.y_u).store(out.value[3]);
-            mul_add(Quad::of(m.x_uv), x, second(m.x_u, m.y_u, m.x_v, m.y_v))
-                .store(out.value[4]);
-            second(m.x_v, m.y_v, m.x_v, m.y_v).store(out.value[5]);
+            r.c[3] = second(m.x_u * m.x_u, m.x_u * m.y_u, m.y_u * m.y_u);
+            r.c[4] = mul_add(number<V>(m.x_uv), x,
+                             second(2 * m.x_u * m.x_v, m.x_u * m.y_v + m.y_u * m.x_v,
+                                    2 * m.y_u * m.y_v));
+            r.c[5] = second(m.x_v * m.x_v, m.x_v * m.y_v, m.y_v * m.y_v);
         }
     }
+    return r;
+}
+
+/// From Taylor coefficients to derivatives.
+template <class V, int kOrder>
+HWY_INLINE void put(LaneJet<V, kOrder> jet, PointJet& out) {
+    if constexpr (kOrder > 1) {
+        jet.c[3] = jet.c[3] + jet.c[3];
+        jet.c[5] = jet.c[5] + jet.c[5];
+    }
+    for (int r = 0; r < jet.kSize; ++r)
+        first_four(jet.c[r]).store(out.value[r]);
 }
 
 // ------------------------------------------------------------------ regular patches
@@ -94,8 +109,8 @@ HWY_INLINE void uniform_basis(const TaylorRows& taylor, int degree, double u,
 }
 
 template <int kDegree, int kOrder, class T>
-void regular(const TaylorRows& taylor, int degree, double s, double t,
-             const detail::ChartMap& map, const PointSum<T>& sum, PointJet& out) {
+void regular(const TaylorRows& taylor, int degree, double s, double t, ChartTurn turn,
+             const PointSum<T>& sum, PointJet& out) {
     const int d = kDegree > 0 ? kDegree : degree;
     alignas(64) double along_s[kOrder + 1][16], along_t[kOrder + 1][16];
     uniform_basis<kDegree, kOrder>(taylor, degree, s, along_s);
@@ -107,7 +122,7 @@ void regular(const TaylorRows& taylor, int degree, double s, double t,
         for (int r = 0; r <= kOrder; ++r)
             row[r] = Quad::zero();
         for (int j = 0; j <= d; ++j) {
-            const Quad p = load_point(sum, *point++);
+            const Quad p = load_point<Quad>(sum, *point++);
             for (int r = 0; r <= kOrder; ++r)
                 row[r] = mul_add(Quad::of(along_s[r][j]), p, row[r]);
         }
@@ -116,120 +131,152 @@ void regular(const TaylorRows& taylor, int degree, double s, double t,
                 jet.c[c] = mul_add(Quad::of(along_t[y][k]), row[m - y], jet.c[c]);
         }
     }
-    finish<kOrder>(map, jet, out);
+    const double c = turn.cos, s_ = turn.sin;
+    put(mapped<Quad, kOrder>({c, s_, -s_, c, 0}, jet), out);
 }
 
 template <class T>
 void regular_of_any(const TaylorRows& taylor, int degree, double s, double t, int order,
-                    const detail::ChartMap& map, const PointSum<T>& sum, PointJet& out) {
+                    ChartTurn turn, const PointSum<T>& sum, PointJet& out) {
     if (degree == 3) {
         switch (order) {
             case 0:
-                return regular<3, 0, T>(taylor, degree, s, t, map, sum, out);
+                return regular<3, 0, T>(taylor, degree, s, t, turn, sum, out);
             case 1:
-                return regular<3, 1>(taylor, degree, s, t, map, sum, out);
+                return regular<3, 1>(taylor, degree, s, t, turn, sum, out);
             default:
-                return regular<3, 2>(taylor, degree, s, t, map, sum, out);
+                return regular<3, 2>(taylor, degree, s, t, turn, sum, out);
         }
     }
     switch (order) {
         case 0:
-            return regular<0, 0>(taylor, degree, s, t, map, sum, out);
+            return regular<0, 0>(taylor, degree, s, t, turn, sum, out);
         case 1:
-            return regular<0, 1>(taylor, degree, s, t, map, sum, out);
+            return regular<0, 1>(taylor, degree, s, t, turn, sum, out);
         default:
-            return regular<0, 2>(taylor, degree, s, t, map, sum, out);
+            return regular<0, 2>(taylor, degree, s, t, turn, sum, out);
     }
 }
 
 // ------------------------------------------------------------------ patches of n sides
 
-/// Takes weights straight to sums of up to three channels. The fourth is the sum of the
-/// weights themselves, so that constants come out as such.
-template <int kOrder, class T>
-struct PolygonSum {
-    using Jet = LaneJet<Quad, kOrder>;
+/// Where ribbons fill a wide register a sum takes one, too, half of it in vain: while there are
+/// wide ones on their way, narrow ones have but one port to go through.
+using Wide = Pack<P8::kParts == 1 ? kLanes : 4>;
 
-    const PointSum<T>& sum;
+/// The sums of weights times points, and of the weights alone, so that constants come out as
+/// such.
+template <int kOrder>
+struct PolygonSums {
+    LaneJet<Wide, kOrder> points;
+    LaneJet<double, kOrder> one;
+};
+
+template <int kOrder, class T>
+HWY_INLINE LaneJet<Wide, kOrder> added(LaneJet<Wide, kOrder> to, const double* w, int k,
+                                       PointSum<T> sum, Index point) {
+    const Wide p = load_point<Wide>(sum, point);
+    for (int r = 0; r < to.kSize; ++r)
+        to.c[r] = mul_add(Wide::of(w[(k * to.kSize + r) * kLanes]), p, to.c[r]);
+    return to;
+}
+
+/// Adds a block of weights times the points of the sectors start, start + 1, .. modulo n.
+/// \tparam kInner, kSpoke  points of each sector and spoke; or both are 0
+template <int kInner, int kSpoke, int kOrder, class T>
+HWY_INLINE PolygonSums<kOrder> with_block(PolygonSums<kOrder> sums, const RingTables& t,
+                                          bool is_ev, const Weights& weights,
+                                          const PointSum<T>& what, int start) {
+    using Jet = LaneJet<Wide, kOrder>;
+    const PointSum<T> sum = what;
+    const int n = t.n, n_lanes = t.n_lanes(), d1 = t.degree - 1,
+              n_spoke = kInner > 0 ? kSpoke
+                        : is_ev    ? d1
+                                   : 0,
+              n_inner = kInner > 0 ? kInner
+                        : is_ev    ? d1 * d1
+                                   : t.degree * t.degree;
+    const double* w = weights.values;
+    const Index *const spokes = sum.points + is_ev, *const sectors = spokes + n * n_spoke;
+    const Index *spoke = spokes + start * n_spoke, *inner = sectors + start * n_inner;
+    // Several sums, so that additions need not wait for each other.
+    Jet s0 = sums.points, s1 = Jet::zero(), s2 = s1, s3 = s1, s4 = s1, s5 = s1;
+    if (is_ev) {
+        const Wide vertex = load_point<Wide>(sum, sum.points[0]);
+        for (int r = 0; r < Jet::kSize; ++r)
+            s5.c[r] = Wide::of(weights.sum_and_vertex[r][1]) * vertex;
+    }
+    for (int m = 0, to_wrap = n - start; m < n_lanes; ++m, ++w) {
+        int k = 0;
+        for (; k + 4 <= n_inner; k += 4, inner += 4) {
+            s0 = added(s0, w, k, sum, inner[0]);
+            s1 = added(s1, w, k + 1, sum, inner[1]);
+            s2 = added(s2, w, k + 2, sum, inner[2]);
+            s3 = added(s3, w, k + 3, sum, inner[3]);
+        }
+        for (; k < n_inner; ++k)
+            s4 = added(s4, w, k, sum, *inner++);
+        for (; k + 2 <= n_inner + n_spoke; k += 2, spoke += 2) {
+            s4 = added(s4, w, k, sum, spoke[0]);
+            s5 = added(s5, w, k + 1, sum, spoke[1]);
+        }
+        for (; k < n_inner + n_spoke; ++k)
+            s4 = added(s4, w, k, sum, *spoke++);
+        if (--to_wrap == 0) {
+            spoke = spokes;
+            inner = sectors;
+        }
+    }
+    sums.points = ((s0 + s1) + (s2 + s3)) + (s4 + s5);
+    for (int r = 0; r < Jet::kSize; ++r)
+        sums.one.c[r] += weights.sum_and_vertex[r][0];
+    return sums;
+}
+
+/// Windows of weights on their way to sums.
+template <int kOrder, class T>
+struct WindowSink {
+    const RingTables& tables;
     bool is_ev;
-    Jet jet;
+    const PointSum<T>& sum;
+    PolygonSums<kOrder> sums;
 
     static void take(const WeightSink& sink, const Weights& weights, int start) {
-        auto& state = *static_cast<PolygonSum*>(sink.state);
-        const RingTables& t = sink.tables;
-        if (t.degree != 3)
-            state.template add<0, 0>(t, weights, start);
-        else if (state.is_ev)
-            state.template add<4, 2>(t, weights, start);
-        else
-            state.template add<9, 0>(t, weights, start);
-    }
-
-private:
-    /// \tparam kSector, kSpoke  points of each sector and spoke; or both are 0
-    template <int kSector, int kSpoke>
-    HWY_INLINE void add(const RingTables& t, const Weights& weights, int start) {
-        const int d = t.degree,
-                  n_spoke = kSector > 0 ? kSpoke
-                            : is_ev     ? d - 1
-                                        : 0,
-                  n_sector = kSector > 0 ? kSector
-                             : is_ev     ? n_spoke * n_spoke
-                                         : d * d;
-        const PointSum<T> what = sum;
-        const double* w = weights.values;
-        const Index* const points = what.points;
-        // Four sums, so that additions need not wait for each other.
-        Jet s0 = jet, s1 = Jet::zero(), s2 = s1, s3 = s1;
-        if (is_ev)
-            s1 = added(s1, what, points[0], weights.vertex, 1, 0);
-        const int n_lanes = t.n_lanes(), first_of_sectors = is_ev ? 1 + t.n * n_spoke : 0;
-        for (int m = 0, sector = start; m < n_lanes; ++m, ++w) {
-            const Index* point = points + first_of_sectors + sector * n_sector;
-            int k = 0;
-            for (; k + 4 <= n_sector; k += 4) {
-                s0 = added(s0, what, point[k], w, kLanes, k);
-                s1 = added(s1, what, point[k + 1], w, kLanes, k + 1);
-                s2 = added(s2, what, point[k + 2], w, kLanes, k + 2);
-                s3 = added(s3, what, point[k + 3], w, kLanes, k + 3);
-            }
-            for (; k < n_sector; ++k)
-                s0 = added(s0, what, point[k], w, kLanes, k);
-            point = points + 1 + sector * n_spoke;
-            for (k = 0; k + 2 <= n_spoke; k += 2) {
-                s1 = added(s1, what, point[k], w, kLanes, n_sector + k);
-                s2 = added(s2, what, point[k + 1], w, kLanes, n_sector + k + 1);
-            }
-            if (k < n_spoke)
-                s3 = added(s3, what, point[k], w, kLanes, n_sector + k);
-            sector = sector + 1 < t.n ? sector + 1 : 0;
-        }
-        jet = (s0 + s1) + (s2 + s3);
-    }
-    static HWY_INLINE Jet added(Jet to, PointSum<T> sum, Index point, const double* w,
-                                int stride, int k) {
-        const Quad p = with_last_one(load_point(sum, point));
-        for (int r = 0; r < Jet::kSize; ++r)
-            to.c[r] = mul_add(Quad::of(w[(k * Jet::kSize + r) * stride]), p, to.c[r]);
-        return to;
+        auto& self = *static_cast<WindowSink*>(sink.state);
+        self.sums = with_block<0, 0>(self.sums, self.tables, self.is_ev, weights,
+                                     self.sum, start);
     }
 };
 
 template <int kOrder, class T>
 void polygon_sum(const RingTables& t, PatchKind kind, const DomainPoint& p,
-                 const detail::ChartMap& map, const PointSum<T>& sum, PointJet& out) {
-    using Sum = PolygonSum<kOrder, T>;
-    Sum state{sum, kind == PatchKind::EV, Sum::Jet::zero()};
-    polygon_weights<kOrder>(kind, p, {&Sum::take, t, &state});
-    typename Sum::Jet f;
-    for (int k = 0; k < f.kSize; ++k)
-        f.c[k] = last_everywhere(state.jet.c[k]);
-    finish<kOrder>(map, state.jet / f, out);
+                 const ChartMap& map, const PointSum<T>& sum, PointJet& out) {
+    using Jet = LaneJet<Wide, kOrder>;
+    using S = LaneJet<double, kOrder>;
+    const bool is_ev = kind == PatchKind::EV;
+    PolygonSums<kOrder> sums{Jet::zero(), S::zero()};
+    if (t.is_ring()) {
+        Weights weights;
+        ring_weights<kOrder>(t, kind, p, weights);
+        if (t.degree != 3)
+            sums = with_block<0, 0>(sums, t, is_ev, weights, sum, 0);
+        else if (is_ev)
+            sums = with_block<4, 2>(sums, t, true, weights, sum, 0);
+        else
+            sums = with_block<9, 0>(sums, t, false, weights, sum, 0);
+    } else {
+        WindowSink<kOrder, T> sink{t, is_ev, sum, sums};
+        window_weights<kOrder>(t, kind, p, {&sink.take, &sink});
+        sums = sink.sums;
+    }
+    const Wide inverse = Wide::of(1 / sums.one.c[0]);
+    const S f = mapped<double, kOrder>(map, sums.one);
+    put(quotient(mapped<Wide, kOrder>(map, sums.points), Jet::same(f), inverse), out);
 }
 
 template <class T>
 void polygon_sum_of_order(const RingTables& t, PatchKind kind, const DomainPoint& p,
-                          int order, const detail::ChartMap& map, const PointSum<T>& sum,
+                          int order, const ChartMap& map, const PointSum<T>& sum,
                           PointJet& out) {
     switch (order) {
         case 0:

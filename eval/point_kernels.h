@@ -15,6 +15,12 @@ struct ChartMap {
     double x_u = 1, y_u = 0, x_v = 0, y_v = 1, x_uv = 0;
 };
 
+/// From (a, b) of a patch to (u, v), which are turned and scaled:
+/// d_u = cos d_a + sin d_b, d_v = cos d_b - sin d_a.
+struct ChartTurn {
+    double cos = 1, sin = 0;
+};
+
 /// A sum over the control points of one patch of their values times the weights at one
 /// point of the domain.
 template <class T>
@@ -25,7 +31,7 @@ struct PointSum {
     const Index* points;  ///< control points of the patch
 };
 
-/// p, du, dv, duu, duv, dvv of up to three channels. The fourth number may be anything.
+/// p, du, dv, duu, duv, dvv of up to four channels.
 struct PointJet {
     double value[6][4];
 };
@@ -38,7 +44,7 @@ struct PointKernels {
 
     /// At (s, t) of [0,1]^2, which are the variables, with derivatives up to an order of 0 to 2.
     void (*regular)(const TaylorRows& taylor, int degree, double s, double t, int order,
-                    const ChartMap& map, const PointSum<T>& sum, PointJet& out);
+                    ChartTurn turn, const PointSum<T>& sum, PointJet& out);
 
     /// EV and EF patches inside. The variables are those of RingTables. Null where the
     /// machine's registers are too narrow.

@@ -46,6 +46,9 @@ RingTables::RingTables(const PatchClass& patch_class, const Polygon& polygon)
       degree(patch_class.degree),
       centre(polygon.centre_distance()),
       sine(std::sin(std::numbers::pi / n)),
+      x_a(centre * centre),
+      x_ab(1 - 2 * x_a),
+      y_b(centre * sine),
       left(n,
            [&](int k) {
                return 0.5 *

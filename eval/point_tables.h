@@ -60,8 +60,10 @@ struct RingTables {
     int n_lanes() const noexcept { return is_ring() ? n : kFirstOfWindow + kWindow + 1; }
 
     int n, degree;
-    double centre;                  ///< distance from the centre to a side, cos(pi/n)
-    double sine;                    ///< sin(pi/n)
+    double centre;  ///< distance from the centre to a side, cos(pi/n)
+    double sine;    ///< sin(pi/n)
+    /// x = x_a (a + b) + x_ab a b, y = y_b (b - a).
+    double x_a, x_ab, y_b;
     SideTable left, corner, right;  ///< distances of the sector's corners to the sides
     SideTable normal_x, normal_y;
     double sum_value, sum_slope;  ///< l_(i-1) + l_(i+1) = value + slope l_i

@@ -18,32 +18,36 @@ HWY_BEFORE_NAMESPACE();
 namespace osdx::HWY_NAMESPACE {
 
 /// Weights of one block of ribbons on their way to a sum: of points k = 0, 1, .. of every
-/// sector, then of every spoke for EV, as PatchClass orders them. Derivative r of point k in lane m
-/// is values[(k n_derivatives + r) kLanes + m], m the sector or spoke start + m modulo n.
+/// sector, then of its first spoke for EV, as PatchClass orders them. Derivative r of point k in
+/// lane m is values[(k n_derivatives + r) kLanes + m], m the sector start + m modulo n.
 struct Weights {
     static constexpr int kMost = kMaxDegree * kMaxDegree;
 
     alignas(64) double values[kMost * 6 * kLanes];
-    double vertex[6];  ///< its derivatives, of EV
+    double sum_and_vertex[6][2];  ///< of all weights; of the vertex, of EV
 
+    /// \param sum  of all weights so far
     template <int kOrder>
-    HWY_INLINE void put(int k, LaneJet<P8, kOrder> w) {
+    HWY_INLINE void put(int k, LaneJet<P8, kOrder> w, LaneJet<P8, kOrder>& sum) {
+        sum = k == 0 ? w : sum + w;
         for (int r = 0; r < w.kSize; ++r)
             w.c[r].store(values + (k * w.kSize + r) * kLanes);
     }
-    /// The vertex has a weight in every lane.
+    /// \param vertex  its weight, of which each lane has a part
     template <int kOrder>
-    HWY_INLINE void put_vertex(const RingTables& t, LaneJet<P8, kOrder> w) {
+    HWY_INLINE void finish(const RingTables& t, LaneJet<P8, kOrder> sum,
+                           LaneJet<P8, kOrder> vertex) {
+        sum = sum + vertex;
         const P8 is_slot = P8::load(t.is_slot.data());
-        for (int r = 0; r < w.kSize; ++r)
-            vertex[r] = sum_of_lanes(w.c[r] * is_slot);
+        for (int r = 0; r < sum.kSize; ++r)
+            sum_lanes_of_two(sum.c[r] * is_slot, vertex.c[r] * is_slot,
+                             sum_and_vertex[r]);
     }
 };
 
 /// What takes the weights of a block, of a type that those who make them do not know.
 struct WeightSink {
     void (*take)(const WeightSink& sink, const Weights& weights, int start);
-    const RingTables& tables;
     void* state;
 };
 
@@ -91,7 +95,8 @@ HWY_INLINE Cubic<kOrder> middle_cubic(P8 t) {
     return r;
 }
 
-/// The extended function E_2 in its last interval, t = 0..1: (1-t)^3 (4 + 12 t + 18 t^2).
+/// The extended function E_2 in its last interval, t = 0..1: (1-t)^3 (4 + 12 t + 18 t^2). By the
+/// powers of t alone it would not vanish at the end, where far ribbons are, many of them.
 template <int kOrder>
 HWY_INLINE Cubic<kOrder> extended_cubic(P8 t) {
     const P8 v = P8::of(1) - t, v2 = v * v;
@@ -194,24 +199,27 @@ HWY_INLINE void cubic_weights(const RingTables& t, const Ribbons<kOrder>& ribbon
     using J = LaneJet<P8, kOrder>;
     const CornerBasis<kEV, kOrder> at(t, ribbons);
     constexpr int kSide = kEV ? 2 : 3, kLast = kSide - 1;
+    J sum, vertex = J::zero();
     // The point a steps from side i and b from side i+1 lies in ribbons i and i+1. Rows count
     // from the sides.
     for (int a = 0; a < kSide; ++a) {
         for (int b = 0; b < kSide; ++b)
             weights.put(a * kSide + b,
                         mul_add(at.columns[b], at.rows[kLast - a],
-                                at.next_columns[a] * at.next_rows[kLast - b]));
+                                at.next_columns[a] * at.next_rows[kLast - b]),
+                        sum);
     }
     if constexpr (kEV) {
         // Points of a spoke lie in three; the vertex in all of them.
         for (int b = 0; b < 2; ++b) {
             const J two =
                 mul_add(at.middle, at.rows[1 - b], at.next_columns[b] * at.next_rows[2]);
-            weights.put(4 + b,
-                        two + permute(at.columns[b] * at.rows[2], t.previous.data()));
+            weights.put(
+                4 + b, two + permute(at.columns[b] * at.rows[2], t.previous.data()), sum);
         }
-        weights.put_vertex(t, at.middle * at.rows[2]);
+        vertex = at.middle * at.rows[2];
     }
+    weights.finish(t, sum, vertex);
 }
 
 // ------------------------------------------------------------------ ribbons of any degree
@@ -365,46 +373,58 @@ HWY_INLINE void spline_weights(const RingTables& t, bool ev,
             next_columns[k] = permute(columns[k], next);
     }
 
+    J sum, vertex = J::zero();
     int k = 0;
     // The point a steps from side i and b from side i+1 lies in ribbons i and i+1.
     for (int a = ev; a < d; ++a) {
         for (int b = ev; b < d; ++b)
-            weights.put(k++, mul_add(columns[d - ev + b], rows[m - a],
-                                     next_columns[m - a] * next_rows[m - b]));
+            weights.put(k++,
+                        mul_add(columns[d - ev + b], rows[m - a],
+                                next_columns[m - a] * next_rows[m - b]),
+                        sum);
     }
-    if (!ev)
-        return;
-    // Points of a spoke lie in three; the vertex in all of them.
-    for (int b = 1; b < d; ++b) {
-        const J two =
-            mul_add(columns[m], rows[m - b], next_columns[m - b] * next_rows[m]);
-        weights.put(k++, two + permute(columns[m + b] * rows[m], previous));
+    if (ev) {
+        // Points of a spoke lie in three; the vertex in all of them.
+        for (int b = 1; b < d; ++b) {
+            const J two =
+                mul_add(columns[m], rows[m - b], next_columns[m - b] * next_rows[m]);
+            weights.put(k++, two + permute(columns[m + b] * rows[m], previous), sum);
+        }
+        vertex = columns[m] * rows[m];
     }
-    weights.put_vertex(t, columns[m] * rows[m]);
+    weights.finish(t, sum, vertex);
 }
 
-/// Gives the weights of all points to a sink.
 template <int kOrder>
-void polygon_weights(PatchKind kind, const DomainPoint& p, const WeightSink& sink) {
-    const RingTables& t = sink.tables;
+HWY_INLINE void block_weights(const RingTables& t, PatchKind kind,
+                              const Ribbons<kOrder>& ribbons, Weights& weights) {
     const bool is_ev = kind == PatchKind::EV;
+    if (t.degree != 3)
+        spline_weights<kOrder>(t, is_ev, ribbons, weights);
+    else if (is_ev)
+        cubic_weights<true, kOrder>(t, ribbons, weights);
+    else
+        cubic_weights<false, kOrder>(t, ribbons, weights);
+}
+
+/// The weights of all points of a ring, from sector 0 on.
+template <int kOrder>
+HWY_NOINLINE void ring_weights(const RingTables& t, PatchKind kind, const DomainPoint& p,
+                               Weights& weights) {
+    block_weights<kOrder>(t, kind, ring_ribbons<kOrder>(t, p), weights);
+}
+
+/// Gives the weights of windows to a sink.
+template <int kOrder>
+HWY_NOINLINE void window_weights(const RingTables& t, PatchKind kind,
+                                 const DomainPoint& p, const WeightSink& sink) {
     Weights weights;
-    if (t.degree != 3) {
-        for_each_block<0, kOrder>(
-            t, p, [&](int start, const Ribbons<kOrder>& ribbons) OSDX_LAMBDA {
-                spline_weights<kOrder>(t, is_ev, ribbons, weights);
-                sink.take(sink, weights, start);
-            });
-        return;
+    const WindowH<kOrder> h(t, p.a, p.b);
+    for (int i = 0; i < t.n; i += RingTables::kWindow) {
+        const int first = i - RingTables::kFirstOfWindow;
+        block_weights<kOrder>(t, kind, window_ribbons<kOrder>(t, p, h, first), weights);
+        sink.take(sink, weights, (p.sector + first + t.n) % t.n);
     }
-    for_each_block<3, kOrder>(t, p,
-                              [&](int start, const Ribbons<kOrder>& ribbons) OSDX_LAMBDA {
-                                  if (is_ev)
-                                      cubic_weights<true, kOrder>(t, ribbons, weights);
-                                  else
-                                      cubic_weights<false, kOrder>(t, ribbons, weights);
-                                  sink.take(sink, weights, start);
-                              });
 }
 
 }  // namespace osdx::HWY_NAMESPACE

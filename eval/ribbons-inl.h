@@ -48,8 +48,7 @@ class RingH {
 public:
     /// \param l  distances to side first + m in lane m
     HWY_INLINE RingH(const RingTables& t, int first, double a, double b, J l) {
-        const double ab = a * b, x = t.centre * t.centre * (a + b - 2 * ab) + ab,
-                     y = t.centre * t.sine * (b - a);
+        const double x = t.x_a * (a + b) + t.x_ab * (a * b), y = t.y_b * (b - a);
         set_total(t, x, y);
         const P8 nx = P8::load(t.normal_x.at(first)), ny = P8::load(t.normal_y.at(first));
         const P8 xi = P8::of(t.centre) - l.c[0],
@@ -80,7 +79,19 @@ private:
 
     /// W and its derivatives by z = x^2 + y^2.
     HWY_INLINE void set_total(const RingTables& t, double x, double y) {
-        const double z = x * x + y * y, c1 = t.total[1], c2 = t.total[2];
+        const double z = x * x + y * y, c1 = t.total[1];
+        if (t.n <= 5) {
+            total_ = S::constant(t.total[0] + z * c1);
+            inverse_ = 1 / total_.c[0];
+            if constexpr (kOrder > 0) {
+                total_.c[1] = (c1 + c1) * x;
+                total_.c[2] = (c1 + c1) * y;
+                if constexpr (kOrder > 1)
+                    total_.c[3] = total_.c[5] = c1;
+            }
+            return;
+        }
+        const double c2 = t.total[2];
         total_.c[0] = t.total[0] + z * (c1 + z * c2);
         inverse_ = 1 / total_.c[0];
         if constexpr (kOrder > 0) {
@@ -221,14 +232,13 @@ struct Ribbons {
 
 /// What follows from l and from h, or from a multiple g of h that is the same for all sides.
 /// \param l, first  distances, to side first + m in lane m
-/// \param d  degree; kDegree if that is known, else 0
-template <int kDegree, int kOrder>
+template <int kOrder>
 HWY_INLINE void set_blends(const RingTables& t, int first, LaneJet<P8, kOrder> l,
                            LaneJet<P8, kOrder> g, Ribbons<kOrder>& r) {
     using J = LaneJet<P8, kOrder>;
-    const int d = kDegree > 0 ? kDegree : t.degree;
-    P8 two = P8::of(1);  // g^(d-2)
-    for (int k = 2; k < d; ++k)
+    const int d = t.degree;
+    P8 two = d == 2 ? P8::of(1) : g.c[0];  // g^(d-2)
+    for (int k = 3; k < d; ++k)
         two = two * g.c[0];
     const P8 one = two * g.c[0];
     Taylor<P8, kOrder> taylor;
@@ -279,36 +289,35 @@ HWY_INLINE LaneJet<P8, kOrder> where(P8 mask, LaneJet<P8, kOrder> x) {
     return x;
 }
 
-/// Calls net(start, ribbons) for all blocks of ribbons, with ribbon start + m modulo n in lane
-/// m. Of rings start is 0, whatever the sector.
-template <int kDegree, int kOrder, class Net>
-HWY_INLINE void for_each_block(const RingTables& t, const DomainPoint& p, Net&& net) {
-    const double a = p.a, b = p.b;
+/// Of a ring, ribbon m in lane m.
+template <int kOrder>
+HWY_INLINE Ribbons<kOrder> ring_ribbons(const RingTables& t, const DomainPoint& p) {
     Ribbons<kOrder> r;
-    if (t.is_ring()) {
-        const int first = t.n - p.sector;
-        const auto l = distances<P8, kOrder>(t, first, a, b);
-        const RingH<kOrder> ring(t, first, a, b, l);
-        set_blends<kDegree, kOrder>(t, first, l, ring.g(), r);
-        r.h = ring.h();
-        return net(0, r);
-    }
-    const WindowH<kOrder> window(t, a, b);
-    for (int i = 0; i < t.n; i += RingTables::kWindow) {
-        const int first = i - RingTables::kFirstOfWindow;
-        const auto l = distances<P8, kOrder>(t, first, a, b);
-        r.h = window.h(first, l, distances<P8, kOrder>(t, first + 1, a, b));
-        set_blends<kDegree, kOrder>(t, first, l, r.h, r);
-        alignas(64) double is_ribbon[kLanes];
-        for (int m = 0; m < kLanes; ++m)
-            is_ribbon[m] = first + m < t.n ? t.is_ribbon[m] : 0.0;
-        // Whatever the other lanes hold, infinities included.
-        const P8 mask = P8::load(is_ribbon);
-        r.s = where(mask, r.s);
-        r.beta = where(mask, r.beta);
-        r.next_alpha = where(permute(mask, t.next.data()), r.next_alpha);
-        net((p.sector + first + t.n) % t.n, r);
-    }
+    const int first = t.n - p.sector;
+    const auto l = distances<P8, kOrder>(t, first, p.a, p.b);
+    const RingH<kOrder> ring(t, first, p.a, p.b, l);
+    set_blends<kOrder>(t, first, l, ring.g(), r);
+    r.h = ring.h();
+    return r;
+}
+
+/// Of a window, from the sector of the point on: ribbon first + m in lane m.
+template <int kOrder>
+HWY_INLINE Ribbons<kOrder> window_ribbons(const RingTables& t, const DomainPoint& p,
+                                          const WindowH<kOrder>& h, int first) {
+    Ribbons<kOrder> r;
+    const auto l = distances<P8, kOrder>(t, first, p.a, p.b);
+    r.h = h.h(first, l, distances<P8, kOrder>(t, first + 1, p.a, p.b));
+    set_blends<kOrder>(t, first, l, r.h, r);
+    alignas(64) double is_ribbon[kLanes];
+    for (int m = 0; m < kLanes; ++m)
+        is_ribbon[m] = first + m < t.n ? t.is_ribbon[m] : 0.0;
+    // Whatever the other lanes hold, infinities included.
+    const P8 mask = P8::load(is_ribbon);
+    r.s = where(mask, r.s);
+    r.beta = where(mask, r.beta);
+    r.next_alpha = where(permute(mask, t.next.data()), r.next_alpha);
+    return r;
 }
 
 }  // namespace osdx::HWY_NAMESPACE

@@ -139,7 +139,7 @@ int check(const PatchBasis& basis, const Net<T>& net) {
                 }
                 const double tolerance =
                     64 * std::numeric_limits<double>::epsilon() * size;
-                for (int x = 0; x < std::min(3, net.stride); ++x)
+                for (int x = 0; x < std::min(4, net.stride); ++x)
                     EXPECT_NEAR(jet.value[r][x], expected[r][x], tolerance)
                         << testing::PrintToString(c) << " sector " << p.sector << " ("
                         << p.a << ", " << p.b << ") chart " << int(chart)
