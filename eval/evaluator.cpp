@@ -43,9 +43,9 @@ void to_base_uv(const PatchPoint& where,
 
 /// By the fast kernels, if there is one for the place: up to four channels.
 template <class T>
-bool fast(const PatchBasis& basis, std::span<const Index> points,
-          std::span<const T> values, int n_channels, const PatchPoint& where, int order,
-          Chart chart, detail::PointJet& out) noexcept {
+inline bool fast(const PatchBasis& basis, std::span<const Index> points,
+                 std::span<const T> values, int n_channels, const PatchPoint& where,
+                 int order, Chart chart, detail::PointJet& out) noexcept {
     // (u, v) run along a b, b -a, -a -b, -b a.
     constexpr double kCos[4] = {1, 0, -1, 0}, kSin[4] = {0, 1, 0, -1};
     detail::ChartTurn turn;

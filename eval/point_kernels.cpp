@@ -31,18 +31,31 @@ constexpr bool kHasPolygons = P8::kParts <= 2;
 
 // ------------------------------------------------------------------ sums over points
 
-/// Up to four channels of a control point, for V of four lanes or more. Beyond those there may
-/// be anything.
+/// Reads up to four channels of control points into the first lanes of V, of four lanes or more.
+/// In the others there may be anything.
 template <class V, class T>
-HWY_INLINE V load_point(PointSum<T> sum, Index point) {
-    const std::size_t at = std::size_t(point) * sum.stride;
-    if (HWY_LIKELY(at + V::kLanes <= sum.n_values))
-        return V::load(sum.values + at);
-    T last[V::kLanes] = {};
-    for (std::size_t k = at; k < sum.n_values && k < at + 4; ++k)
-        last[k - at] = sum.values[k];
-    return V::load(last);
-}
+class PointReader {
+public:
+    HWY_INLINE explicit PointReader(const PointSum<T>& sum)
+        : values_(sum.values),
+          n_values_(sum.n_values),
+          whole_end_(sum.n_values < V::kLanes ? 0 : sum.n_values - (V::kLanes - 1)),
+          stride_(sum.stride) {}
+
+    HWY_INLINE V operator()(Index point) const {
+        const std::size_t at = std::size_t(point) * stride_;
+        if (HWY_LIKELY(at < whole_end_))
+            return V::load(values_ + at);
+        T last[V::kLanes] = {};
+        for (std::size_t k = at; k < n_values_ && k < at + 4; ++k)
+            last[k - at] = values_[k];
+        return V::load(last);
+    }
+
+private:
+    const T* values_;
+    std::size_t n_values_, whole_end_, stride_;
+};
 
 /// From Taylor coefficients in the kernel's variables to those in the ones that are asked for.
 template <class V, int kOrder>
@@ -116,13 +129,14 @@ void regular(const TaylorRows& taylor, int degree, double s, double t, ChartTurn
     uniform_basis<kDegree, kOrder>(taylor, degree, s, along_s);
     uniform_basis<kDegree, kOrder>(taylor, degree, t, along_t);
     auto jet = LaneJet<Quad, kOrder>::zero();
+    const PointReader<Quad, T> read(sum);
     const Index* point = sum.points;
     for (int k = 0; k <= d; ++k) {
         Quad row[kOrder + 1];
         for (int r = 0; r <= kOrder; ++r)
             row[r] = Quad::zero();
         for (int j = 0; j <= d; ++j) {
-            const Quad p = load_point<Quad>(sum, *point++);
+            const Quad p = read(*point++);
             for (int r = 0; r <= kOrder; ++r)
                 row[r] = mul_add(Quad::of(along_s[r][j]), p, row[r]);
         }
@@ -174,8 +188,8 @@ struct PolygonSums {
 
 template <int kOrder, class T>
 HWY_INLINE LaneJet<Wide, kOrder> added(LaneJet<Wide, kOrder> to, const double* w, int k,
-                                       PointSum<T> sum, Index point) {
-    const Wide p = load_point<Wide>(sum, point);
+                                       PointReader<Wide, T> read, Index point) {
+    const Wide p = read(point);
     for (int r = 0; r < to.kSize; ++r)
         to.c[r] = mul_add(Wide::of(w[(k * to.kSize + r) * kLanes]), p, to.c[r]);
     return to;
@@ -186,9 +200,9 @@ HWY_INLINE LaneJet<Wide, kOrder> added(LaneJet<Wide, kOrder> to, const double* w
 template <int kInner, int kSpoke, int kOrder, class T>
 HWY_INLINE PolygonSums<kOrder> with_block(PolygonSums<kOrder> sums, const RingTables& t,
                                           bool is_ev, const Weights& weights,
-                                          const PointSum<T>& what, int start) {
+                                          const PointSum<T>& sum, int start) {
     using Jet = LaneJet<Wide, kOrder>;
-    const PointSum<T> sum = what;
+    const PointReader<Wide, T> read(sum);
     const int n = t.n, n_lanes = t.n_lanes(), d1 = t.degree - 1,
               n_spoke = kInner > 0 ? kSpoke
                         : is_ev    ? d1
@@ -202,26 +216,26 @@ HWY_INLINE PolygonSums<kOrder> with_block(PolygonSums<kOrder> sums, const RingTa
     // Several sums, so that additions need not wait for each other.
     Jet s0 = sums.points, s1 = Jet::zero(), s2 = s1, s3 = s1, s4 = s1, s5 = s1;
     if (is_ev) {
-        const Wide vertex = load_point<Wide>(sum, sum.points[0]);
+        const Wide vertex = read(sum.points[0]);
         for (int r = 0; r < Jet::kSize; ++r)
             s5.c[r] = Wide::of(weights.sum_and_vertex[r][1]) * vertex;
     }
     for (int m = 0, to_wrap = n - start; m < n_lanes; ++m, ++w) {
         int k = 0;
         for (; k + 4 <= n_inner; k += 4, inner += 4) {
-            s0 = added(s0, w, k, sum, inner[0]);
-            s1 = added(s1, w, k + 1, sum, inner[1]);
-            s2 = added(s2, w, k + 2, sum, inner[2]);
-            s3 = added(s3, w, k + 3, sum, inner[3]);
+            s0 = added(s0, w, k, read, inner[0]);
+            s1 = added(s1, w, k + 1, read, inner[1]);
+            s2 = added(s2, w, k + 2, read, inner[2]);
+            s3 = added(s3, w, k + 3, read, inner[3]);
         }
         for (; k < n_inner; ++k)
-            s4 = added(s4, w, k, sum, *inner++);
+            s4 = added(s4, w, k, read, *inner++);
         for (; k + 2 <= n_inner + n_spoke; k += 2, spoke += 2) {
-            s4 = added(s4, w, k, sum, spoke[0]);
-            s5 = added(s5, w, k + 1, sum, spoke[1]);
+            s4 = added(s4, w, k, read, spoke[0]);
+            s5 = added(s5, w, k + 1, read, spoke[1]);
         }
         for (; k < n_inner + n_spoke; ++k)
-            s4 = added(s4, w, k, sum, *spoke++);
+            s4 = added(s4, w, k, read, *spoke++);
         if (--to_wrap == 0) {
             spoke = spokes;
             inner = sectors;

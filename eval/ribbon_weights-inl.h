@@ -23,8 +23,8 @@ namespace osdx::HWY_NAMESPACE {
 struct Weights {
     static constexpr int kMost = kMaxDegree * kMaxDegree;
 
-    alignas(64) double values[kMost * 6 * kLanes];
     double sum_and_vertex[6][2];  ///< of all weights; of the vertex, of EV
+    alignas(64) double values[kMost * 6 * kLanes];
 
     /// \param sum  of all weights so far
     template <int kOrder>

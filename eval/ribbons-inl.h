@@ -256,9 +256,8 @@ HWY_INLINE void set_blends(const RingTables& t, int first, LaneJet<P8, kOrder> l
         around.c[1] = P8::of(t.sum_slope) * l.c[1];
         around.c[2] = P8::of(t.sum_slope) * l.c[2];
     }
-    // One division for both.
-    const P8 inverse = P8::of(1) / (sum.c[0] * around.c[0]);
-    const P8 of_sum = inverse * around.c[0], of_around = inverse * sum.c[0];
+    // The second division waits for g, and the first does not.
+    const P8 of_around = P8::of(1) / around.c[0], of_sum = P8::of(1) / sum.c[0];
 
     r.next_alpha = quotient(own, sum, of_sum);
     r.beta.c[0] = other.c[0] * of_sum;
