@@ -44,6 +44,7 @@ TaylorRows::TaylorRows(int degree) : stride((degree + 4) / 4 * 4) {
 RingTables::RingTables(const PatchClass& patch_class, const Polygon& polygon)
     : n(polygon.n()),
       degree(patch_class.degree),
+      n_points(patch_class.n_points()),
       centre(polygon.centre_distance()),
       sine(std::sin(std::numbers::pi / n)),
       x_a(centre * centre),

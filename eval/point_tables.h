@@ -59,7 +59,7 @@ struct RingTables {
     /// Lanes in which a block has weights.
     int n_lanes() const noexcept { return is_ring() ? n : kFirstOfWindow + kWindow + 1; }
 
-    int n, degree;
+    int n, degree, n_points;
     double centre;  ///< distance from the centre to a side, cos(pi/n)
     double sine;    ///< sin(pi/n)
     /// x = x_a (a + b) + x_ab a b, y = y_b (b - a).
