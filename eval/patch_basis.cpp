@@ -218,7 +218,7 @@ void PatchBasis::border_sum(const DomainPoint& p, Chart chart, detail::ChartTurn
                             detail::PointJet& out) const noexcept {
     using Channels = std::array<J<Order>, 4>;
     const detail::RingTables& ring = *ring_;
-    /// S without what is done at borders, at a place that moves by (x, y) of its sector.
+    // S without what is done at borders, at a place that moves by (x, y) of its sector.
     const auto surface = [&](const DomainPoint& q, J<Order> x, J<Order> y) {
         detail::PointJet s;
         std::get<detail::PointKernels<double>>(kernels_).polygon(
