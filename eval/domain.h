@@ -120,29 +120,22 @@ private:
     J product_, inverse_, h_q_, h_q1_;
 };
 
-/// A point of the n-gon with the jets of what is measured there.
+/// A point of the n-gon with the jets of the distances to its sides.
 template <int Order>
-class PolygonPoint {
+class PolygonDistances {
     using J = Jet<double, Order>;
 
 public:
-    /// At (a, b), in the chart of the sector or in (x, y).
-    PolygonPoint(const Polygon& polygon, const DomainPoint& p, Chart chart) noexcept
-        : PolygonPoint(polygon, p.sector, J(p.a), J(p.b), chart, true) {}
-
     /// At (a, b) as jets, which are asked for derivatives unless `plain` says that they are
     /// the variables themselves, or the chart is (x, y).
-    PolygonPoint(const Polygon& polygon, int sector, const J& a, const J& b, Chart chart,
-                 bool plain) noexcept
+    PolygonDistances(const Polygon& polygon, int sector, const J& a, const J& b,
+                     Chart chart, bool plain) noexcept
         : polygon_(polygon),
           sector_(sector),
           a_(a),
           b_(b),
           chart_(chart),
-          plain_(plain || chart == Chart::Native),
-          parameters_(*this, sector, polygon.n()) {}
-    PolygonPoint(const PolygonPoint&) = delete;
-    PolygonPoint& operator=(const PolygonPoint&) = delete;
+          plain_(plain || chart == Chart::Native) {}
 
     /// l_k, by its values at the corners of the sector's quad: exact 0 on side k.
     J distance(int k) const noexcept {
@@ -173,16 +166,39 @@ public:
         return l;
     }
 
-    J s(int i) const noexcept { return parameters_.s(i); }
-    J h(int i) const noexcept { return parameters_.h(i); }
-
 private:
     const Polygon& polygon_;
     int sector_;
     J a_, b_;
     Chart chart_;
     bool plain_;  // derivatives of a_ and b_ are known, or do not count
-    PolygonSideParameters<Order, PolygonPoint> parameters_;
+};
+
+/// The same with s_i and h_i.
+template <int Order>
+class PolygonPoint {
+    using J = Jet<double, Order>;
+
+public:
+    /// At (a, b), in the chart of the sector or in (x, y).
+    PolygonPoint(const Polygon& polygon, const DomainPoint& p, Chart chart) noexcept
+        : PolygonPoint(polygon, p.sector, J(p.a), J(p.b), chart, true) {}
+
+    /// See PolygonDistances.
+    PolygonPoint(const Polygon& polygon, int sector, const J& a, const J& b, Chart chart,
+                 bool plain) noexcept
+        : distances_(polygon, sector, a, b, chart, plain),
+          parameters_(distances_, sector, polygon.n()) {}
+    PolygonPoint(const PolygonPoint&) = delete;
+    PolygonPoint& operator=(const PolygonPoint&) = delete;
+
+    J distance(int k) const noexcept { return distances_.distance(k); }
+    J s(int i) const noexcept { return parameters_.s(i); }
+    J h(int i) const noexcept { return parameters_.h(i); }
+
+private:
+    PolygonDistances<Order> distances_;
+    PolygonSideParameters<Order, PolygonDistances<Order>> parameters_;
 };
 
 }  // namespace osdx

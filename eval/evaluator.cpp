@@ -41,26 +41,20 @@ void to_base_uv(const PatchPoint& where,
     }
 }
 
-/// By the fast kernels, if there is one for the place: up to four channels from `first` on.
+/// By the fast kernels, if there is one for the place: up to four channels.
 template <class T>
-bool fast(const PatchBasis& basis, std::span<const Index> points,
-          std::span<const T> values, int n_channels, const PatchPoint& where, int order,
-          Chart chart, detail::PointJet& out) noexcept {
+inline bool fast(const PatchBasis& basis, std::span<const Index> points,
+                 std::span<const T> values, int n_channels, const PatchPoint& where,
+                 int order, Chart chart, detail::PointJet& out) noexcept {
     // (u, v) run along a b, b -a, -a -b, -b a.
     constexpr double kCos[4] = {1, 0, -1, 0}, kSin[4] = {0, 1, 0, -1};
-    detail::ChartMap map;
+    detail::ChartTurn turn;
     if (chart == Chart::BaseUV) {
         const int k = where.quarter_turns & 3;
-        const double c = where.scale * kCos[k], s = where.scale * kSin[k];
-        map = {c, s, -s, c, 0};
+        turn = {where.scale * kCos[k], where.scale * kSin[k]};
     }
-    return basis.sum<T>({static_cast<int>(where.sector), where.a, where.b}, chart,
-                        {.values = values.data(),
-                         .n_values = values.size(),
-                         .stride = n_channels,
-                         .points = points.data(),
-                         .order = order,
-                         .map = map},
+    return basis.sum<T>({static_cast<int>(where.sector), where.a, where.b}, chart, order,
+                        turn, {values.data(), values.size(), n_channels, points.data()},
                         out);
 }
 

@@ -10,7 +10,6 @@
 #endif
 
 #include <cstdint>
-#include <utility>
 
 #include <hwy/highway.h>
 
@@ -22,123 +21,155 @@ namespace hn = hwy::HWY_NAMESPACE;
 #undef OSDX_LAMBDA
 #define OSDX_LAMBDA HWY_ATTR __attribute__((always_inline))
 
-template <class F, int... kI>
-HWY_INLINE void repeat_each(F&& f, std::integer_sequence<int, kI...>) {
-    (f(std::integral_constant<int, kI>()), ...);
-}
-/// f(0) .. f(n - 1); unrolled, so that arrays become registers, where n = kN is known.
-template <int kN, class F>
-HWY_INLINE void repeat(int n, F&& f) {
-    if constexpr (kN >= 0) {
-        repeat_each(f, std::make_integer_sequence<int, kN>());
-    } else {
-        for (int i = 0; i < n; ++i)
-            f(i);
-    }
-}
+// Registers go by value everywhere: what has an address costs compilers dear, those that
+// instrument every access above all.
 
-/// kN numbers in as many registers as that takes, so that kernels are the same everywhere.
-template <class T, int kN>
-struct Pack {
-    using D = hn::CappedTag<T, kN>;
-#define OSDX_EACH(expression)                                                      \
-    Pack r{Uninitialised()};                                                       \
-    repeat<kParts>(kParts, [&](auto i) OSDX_LAMBDA { r.part[i] = (expression); }); \
-    return r
-    static constexpr int kPart = static_cast<int>(hn::MaxLanes(D()));
-    static constexpr int kParts = kN / kPart;
-    hn::Vec<D> part[kParts];
+/// kN doubles in as many registers as that takes, so that kernels are the same everywhere.
+template <int kN, bool kFits = (hn::MaxLanes(hn::CappedTag<double, kN>()) == kN)>
+struct Pack;
 
-    struct Uninitialised {};
-    HWY_INLINE explicit Pack(Uninitialised) {}
-    HWY_INLINE Pack() : Pack(T(0)) {}
-    HWY_INLINE explicit Pack(T x) {
-        repeat<kParts>(kParts, [&](auto i) OSDX_LAMBDA { part[i] = hn::Set(D(), x); });
-    }
-    HWY_INLINE static Pack load(const T* from) {
-        OSDX_EACH(hn::LoadU(D(), from + i * kPart));
-    }
-    /// Of floats.
-    HWY_INLINE static Pack load(const float* from) requires(sizeof(T) == sizeof(double)) {
-        OSDX_EACH(
-            hn::PromoteTo(D(), hn::LoadU(hn::Rebind<float, D>(), from + i * kPart)));
-    }
-    HWY_INLINE void store(T* to) const {
-        repeat<kParts>(kParts, [&](auto i) OSDX_LAMBDA {
-            hn::StoreU(part[i], D(), to + i * kPart);
-        });
-    }
+/// In one register.
+template <int kN>
+struct Pack<kN, true> {
+    using D = hn::CappedTag<double, kN>;
+    static constexpr int kParts = 1, kLanes = kN;
+    hn::Vec<D> v;
 
-    friend HWY_INLINE Pack operator+(const Pack& a, const Pack& b) {
-        OSDX_EACH(hn::Add(a.part[i], b.part[i]));
+    HWY_INLINE static Pack of(double x) { return {hn::Set(D(), x)}; }
+    HWY_INLINE static Pack zero() { return {hn::Zero(D())}; }
+    HWY_INLINE static Pack load(const double* from) { return {hn::LoadU(D(), from)}; }
+    HWY_INLINE static Pack load(const float* from) {
+        return {hn::PromoteTo(D(), hn::LoadU(hn::Rebind<float, D>(), from))};
     }
-    friend HWY_INLINE Pack operator-(const Pack& a, const Pack& b) {
-        OSDX_EACH(hn::Sub(a.part[i], b.part[i]));
-    }
-    friend HWY_INLINE Pack operator*(const Pack& a, const Pack& b) {
-        OSDX_EACH(hn::Mul(a.part[i], b.part[i]));
-    }
-    friend HWY_INLINE Pack operator/(const Pack& a, const Pack& b) {
-        OSDX_EACH(hn::Div(a.part[i], b.part[i]));
-    }
-    friend HWY_INLINE Pack operator-(const Pack& a) {
-        OSDX_EACH(hn::Neg(a.part[i]));
-    }
+    HWY_INLINE void store(double* to) const { hn::StoreU(v, D(), to); }
+
+    friend HWY_INLINE Pack operator+(Pack a, Pack b) { return {hn::Add(a.v, b.v)}; }
+    friend HWY_INLINE Pack operator-(Pack a, Pack b) { return {hn::Sub(a.v, b.v)}; }
+    friend HWY_INLINE Pack operator*(Pack a, Pack b) { return {hn::Mul(a.v, b.v)}; }
+    friend HWY_INLINE Pack operator/(Pack a, Pack b) { return {hn::Div(a.v, b.v)}; }
+    friend HWY_INLINE Pack operator-(Pack a) { return {hn::Neg(a.v)}; }
     /// a b + c
-    friend HWY_INLINE Pack mul_add(const Pack& a, const Pack& b, const Pack& c) {
-        OSDX_EACH(hn::MulAdd(a.part[i], b.part[i], c.part[i]));
+    friend HWY_INLINE Pack mul_add(Pack a, Pack b, Pack c) {
+        return {hn::MulAdd(a.v, b.v, c.v)};
+    }
+    /// a b - c
+    friend HWY_INLINE Pack mul_sub(Pack a, Pack b, Pack c) {
+        return {hn::MulSub(a.v, b.v, c.v)};
     }
     /// c - a b
-    friend HWY_INLINE Pack neg_mul_add(const Pack& a, const Pack& b, const Pack& c) {
-        OSDX_EACH(hn::NegMulAdd(a.part[i], b.part[i], c.part[i]));
+    friend HWY_INLINE Pack neg_mul_add(Pack a, Pack b, Pack c) {
+        return {hn::NegMulAdd(a.v, b.v, c.v)};
     }
-    friend HWY_INLINE Pack floor(const Pack& a) {
-        OSDX_EACH(hn::Floor(a.part[i]));
-    }
-    friend HWY_INLINE Pack clamp(const Pack& a, const Pack& lo, const Pack& hi) {
-        OSDX_EACH(hn::Min(hn::Max(a.part[i], lo.part[i]), hi.part[i]));
-    }
+    friend HWY_INLINE Pack floor(Pack a) { return {hn::Floor(a.v)}; }
+    friend HWY_INLINE Pack abs(Pack a) { return {hn::Abs(a.v)}; }
+    friend HWY_INLINE Pack min(Pack a, Pack b) { return {hn::Min(a.v, b.v)}; }
+    friend HWY_INLINE Pack max(Pack a, Pack b) { return {hn::Max(a.v, b.v)}; }
     /// x >= least ? yes : no
-    friend HWY_INLINE Pack if_at_least(const Pack& x, const Pack& least, const Pack& yes,
-                                       const Pack& no) {
-        OSDX_EACH(
-            hn::IfThenElse(hn::Ge(x.part[i], least.part[i]), yes.part[i], no.part[i]));
+    friend HWY_INLINE Pack if_at_least(Pack x, Pack least, Pack yes, Pack no) {
+        return {hn::IfThenElse(hn::Ge(x.v, least.v), yes.v, no.v)};
     }
-#undef OSDX_EACH
-
-    friend HWY_INLINE T sum_of_lanes(const Pack& a) {
-        auto v = a.part[0];
-        for (int i = 1; i < kParts; ++i)
-            v = hn::Add(v, a.part[i]);
-        return hn::GetLane(hn::SumOfLanes(D(), v));
+    friend HWY_INLINE double sum_of_lanes(Pack a) {
+        return hn::GetLane(hn::SumOfLanes(D(), a.v));
+    }
+    /// The sums of the lanes of a and of b.
+    friend HWY_INLINE void sum_lanes_of_two(Pack a, Pack b, double* sum) {
+        if constexpr (kN >= 4) {
+            // Pairs of lanes a b a b ... Not all targets have these functions.
+            const auto pairs =
+                Add(InterleaveLower(D(), a.v, b.v), InterleaveUpper(D(), a.v, b.v));
+            const hn::Half<D> half;
+            const auto halves = Add(LowerHalf(half, pairs), UpperHalf(half, pairs));
+            if constexpr (kN == 8) {
+                const hn::Half<hn::Half<D>> quarter;
+                StoreU(Add(LowerHalf(quarter, halves), UpperHalf(quarter, halves)),
+                       quarter, sum);
+            } else {
+                StoreU(halves, half, sum);
+            }
+        } else {
+            sum[0] = sum_of_lanes(a);
+            sum[1] = sum_of_lanes(b);
+        }
+    }
+    /// Lane i of the result is lane index[i].
+    friend HWY_INLINE Pack permute(Pack a, const std::int64_t* index) {
+        return {hn::TableLookupLanes(a.v, hn::SetTableIndices(D(), index))};
     }
 };
 
-/// The sums of the lanes of a and of b.
-template <class P>
-HWY_INLINE void sum_lanes_of_two(const P& a, const P& b, double* sum) {
-    if constexpr (P::kPart >= 4) {
-        const typename P::D d;
-        auto x = a.part[0], y = b.part[0];
-        for (int i = 1; i < P::kParts; ++i) {
-            x = Add(x, a.part[i]);
-            y = Add(y, b.part[i]);
-        }
-        // Pairs of lanes a b a b ...
-        const auto pairs = Add(InterleaveLower(d, x, y), InterleaveUpper(d, x, y));
-        const hn::Half<typename P::D> half;
-        const auto halves = Add(LowerHalf(half, pairs), UpperHalf(half, pairs));
-        if constexpr (P::kPart == 8) {
-            const hn::Half<hn::Half<typename P::D>> quarter;
-            StoreU(Add(LowerHalf(quarter, halves), UpperHalf(quarter, halves)), quarter,
-                   sum);
-        } else {
-            StoreU(halves, half, sum);
-        }
-    } else {
-        sum[0] = sum_of_lanes(a);
-        sum[1] = sum_of_lanes(b);
+/// In two halves.
+template <int kN>
+struct Pack<kN, false> {
+    using Half = Pack<kN / 2>;
+    static constexpr int kParts = 2 * Half::kParts, kLanes = kN;
+    Half lo, hi;
+
+    HWY_INLINE static Pack of(double x) { return {Half::of(x), Half::of(x)}; }
+    HWY_INLINE static Pack zero() { return {Half::zero(), Half::zero()}; }
+    template <class T>
+    HWY_INLINE static Pack load(const T* from) {
+        return {Half::load(from), Half::load(from + kN / 2)};
     }
+    HWY_INLINE void store(double* to) const {
+        lo.store(to);
+        hi.store(to + kN / 2);
+    }
+
+    friend HWY_INLINE Pack operator+(Pack a, Pack b) {
+        return {a.lo + b.lo, a.hi + b.hi};
+    }
+    friend HWY_INLINE Pack operator-(Pack a, Pack b) {
+        return {a.lo - b.lo, a.hi - b.hi};
+    }
+    friend HWY_INLINE Pack operator*(Pack a, Pack b) {
+        return {a.lo * b.lo, a.hi * b.hi};
+    }
+    friend HWY_INLINE Pack operator/(Pack a, Pack b) {
+        return {a.lo / b.lo, a.hi / b.hi};
+    }
+    friend HWY_INLINE Pack operator-(Pack a) { return {-a.lo, -a.hi}; }
+    friend HWY_INLINE Pack mul_add(Pack a, Pack b, Pack c) {
+        return {mul_add(a.lo, b.lo, c.lo), mul_add(a.hi, b.hi, c.hi)};
+    }
+    friend HWY_INLINE Pack mul_sub(Pack a, Pack b, Pack c) {
+        return {mul_sub(a.lo, b.lo, c.lo), mul_sub(a.hi, b.hi, c.hi)};
+    }
+    friend HWY_INLINE Pack neg_mul_add(Pack a, Pack b, Pack c) {
+        return {neg_mul_add(a.lo, b.lo, c.lo), neg_mul_add(a.hi, b.hi, c.hi)};
+    }
+    friend HWY_INLINE Pack floor(Pack a) { return {floor(a.lo), floor(a.hi)}; }
+    friend HWY_INLINE Pack abs(Pack a) { return {abs(a.lo), abs(a.hi)}; }
+    friend HWY_INLINE Pack min(Pack a, Pack b) {
+        return {min(a.lo, b.lo), min(a.hi, b.hi)};
+    }
+    friend HWY_INLINE Pack max(Pack a, Pack b) {
+        return {max(a.lo, b.lo), max(a.hi, b.hi)};
+    }
+    friend HWY_INLINE Pack if_at_least(Pack x, Pack least, Pack yes, Pack no) {
+        return {if_at_least(x.lo, least.lo, yes.lo, no.lo),
+                if_at_least(x.hi, least.hi, yes.hi, no.hi)};
+    }
+    friend HWY_INLINE double sum_of_lanes(Pack a) { return sum_of_lanes(a.lo + a.hi); }
+    friend HWY_INLINE void sum_lanes_of_two(Pack a, Pack b, double* sum) {
+        sum_lanes_of_two(a.lo + a.hi, b.lo + b.hi, sum);
+    }
+    friend HWY_INLINE Pack permute(Pack a, const std::int64_t* index) {
+        alignas(64) double from[kN], to[kN];
+        a.store(from);
+        for (int i = 0; i < kN; ++i)
+            to[i] = from[index[i]];
+        return load(to);
+    }
+};
+
+template <int kN>
+HWY_INLINE Pack<4> first_four(Pack<kN> a) {
+    if constexpr (kN == 4)
+        return a;
+    else if constexpr (Pack<kN>::kParts == 1)
+        return {LowerHalf(a.v)};
+    else
+        return a.lo;
 }
 
 HWY_INLINE double mul_add(double a, double b, double c) {
@@ -146,6 +177,16 @@ HWY_INLINE double mul_add(double a, double b, double c) {
 }
 HWY_INLINE double neg_mul_add(double a, double b, double c) {
     return c - a * b;
+}
+
+/// One number as V: that, or in all lanes.
+template <class V>
+HWY_INLINE V number(double x) {
+    return V::of(x);
+}
+template <>
+HWY_INLINE double number<double>(double x) {
+    return x;
 }
 template <class V>
 HWY_INLINE V load(const double* from) {
@@ -156,22 +197,6 @@ HWY_INLINE double load<double>(const double* from) {
     return *from;
 }
 
-/// Lane i of the result is lane index[i].
-HWY_INLINE Pack<double, 8> permute(const Pack<double, 8>& a, const std::int64_t* index) {
-    using P = Pack<double, 8>;
-    if constexpr (P::kParts == 1) {
-        P r;
-        r.part[0] = hn::TableLookupLanes(a.part[0], hn::SetTableIndices(P::D(), index));
-        return r;
-    } else {
-        alignas(64) double from[8], to[8];
-        a.store(from);
-        for (int i = 0; i < 8; ++i)
-            to[i] = from[index[i]];
-        return P::load(to);
-    }
-}
-
 /// What Jet is (eval/jet.h), in registers and for orders up to 2: a Taylor polynomial with
 /// the coefficients f, f_x, f_y, f_xx/2, f_xy, f_yy/2.
 template <class V, int kOrder>
@@ -179,31 +204,38 @@ struct LaneJet {
     static constexpr int kSize = (kOrder + 1) * (kOrder + 2) / 2;
     V c[kSize];
 
-    HWY_INLINE LaneJet() : c{} {}
-    HWY_INLINE explicit LaneJet(const V& value) : c{} { c[0] = value; }
-    /// The same in all lanes.
-    HWY_INLINE static LaneJet same(const LaneJet<double, kOrder>& x) {
+    HWY_INLINE static LaneJet constant(V value) {
         LaneJet r;
-        repeat<kSize>(kSize, [&](auto k) OSDX_LAMBDA { r.c[k] = V(x.c[k]); });
+        for (int k = 1; k < kSize; ++k)
+            r.c[k] = number<V>(0);
+        r.c[0] = value;
+        return r;
+    }
+    HWY_INLINE static LaneJet zero() { return constant(number<V>(0)); }
+    /// The same in all lanes.
+    HWY_INLINE static LaneJet same(LaneJet<double, kOrder> x) {
+        LaneJet r;
+        for (int k = 0; k < kSize; ++k)
+            r.c[k] = number<V>(x.c[k]);
         return r;
     }
 
-    friend HWY_INLINE LaneJet operator+(const LaneJet& a, const LaneJet& b) {
-        LaneJet r;
-        repeat<kSize>(kSize, [&](auto k) OSDX_LAMBDA { r.c[k] = a.c[k] + b.c[k]; });
-        return r;
+    friend HWY_INLINE LaneJet operator+(LaneJet a, LaneJet b) {
+        for (int k = 0; k < kSize; ++k)
+            a.c[k] = a.c[k] + b.c[k];
+        return a;
     }
-    friend HWY_INLINE LaneJet operator-(const LaneJet& a, const LaneJet& b) {
-        LaneJet r;
-        repeat<kSize>(kSize, [&](auto k) OSDX_LAMBDA { r.c[k] = a.c[k] - b.c[k]; });
-        return r;
+    friend HWY_INLINE LaneJet operator-(LaneJet a, LaneJet b) {
+        for (int k = 0; k < kSize; ++k)
+            a.c[k] = a.c[k] - b.c[k];
+        return a;
     }
-    friend HWY_INLINE LaneJet operator*(const LaneJet& a, const V& s) {
-        LaneJet r;
-        repeat<kSize>(kSize, [&](auto k) OSDX_LAMBDA { r.c[k] = a.c[k] * s; });
-        return r;
+    friend HWY_INLINE LaneJet operator*(LaneJet a, V s) {
+        for (int k = 0; k < kSize; ++k)
+            a.c[k] = a.c[k] * s;
+        return a;
     }
-    friend HWY_INLINE LaneJet operator*(const LaneJet& a, const LaneJet& b) {
+    friend HWY_INLINE LaneJet operator*(LaneJet a, LaneJet b) {
         LaneJet r;
         r.c[0] = a.c[0] * b.c[0];
         if constexpr (kOrder > 0) {
@@ -220,8 +252,7 @@ struct LaneJet {
         return r;
     }
     /// a b + sum
-    friend HWY_INLINE LaneJet mul_add(const LaneJet& a, const LaneJet& b,
-                                      const LaneJet& sum) {
+    friend HWY_INLINE LaneJet mul_add(LaneJet a, LaneJet b, LaneJet sum) {
         LaneJet r;
         r.c[0] = mul_add(a.c[0], b.c[0], sum.c[0]);
         if constexpr (kOrder > 0) {
@@ -241,8 +272,7 @@ struct LaneJet {
         return r;
     }
     /// a / b, given 1 over the value of b.
-    friend HWY_INLINE LaneJet quotient(const LaneJet& a, const LaneJet& b,
-                                       const V& inverse) {
+    friend HWY_INLINE LaneJet quotient(LaneJet a, LaneJet b, V inverse) {
         LaneJet r;
         r.c[0] = a.c[0] * inverse;
         if constexpr (kOrder > 0) {
@@ -261,36 +291,95 @@ struct LaneJet {
         }
         return r;
     }
-    friend HWY_INLINE LaneJet operator/(const LaneJet& a, const LaneJet& b) {
-        return quotient(a, b, V(1.0) / b.c[0]);
+    friend HWY_INLINE LaneJet operator/(LaneJet a, LaneJet b) {
+        return quotient(a, b, number<V>(1) / b.c[0]);
+    }
+    friend HWY_INLINE LaneJet permute(LaneJet x, const std::int64_t* index) {
+        for (int k = 0; k < kSize; ++k)
+            x.c[k] = permute(x.c[k], index);
+        return x;
     }
 };
 
-/// f(x), where taylor[r] = f^(r)/r! at the value of x, and `squares` holds the products of
-/// the derivatives of x that second derivatives need.
+/// Taylor coefficients of a function of one variable.
+template <class V, int kOrder>
+struct Taylor {
+    V c[kOrder + 1];
+};
+
+/// A jet to put into functions of one variable.
 template <class V, int kOrder>
 struct Inner {
-    LaneJet<V, kOrder> x;
-    V square[3];
+    V c[LaneJet<V, kOrder>::kSize];  // of them c[0] is not used
+    V square[3];                     // what second derivatives need
 
-    HWY_INLINE explicit Inner(const LaneJet<V, kOrder>& jet) : x(jet) {
-        if constexpr (kOrder > 1) {
-            square[0] = x.c[1] * x.c[1];
-            square[1] = V(2.0) * x.c[1] * x.c[2];
-            square[2] = x.c[2] * x.c[2];
-        }
-    }
-    HWY_INLINE LaneJet<V, kOrder> compose(const V* taylor) const {
-        LaneJet<V, kOrder> r;
-        r.c[0] = taylor[0];
+    /// Of the variable x. What is given for f' and f''/2 are these over `first` and `second`.
+    HWY_INLINE static Inner of(LaneJet<V, kOrder> x, double first = 1,
+                               double second = 1) {
+        Inner r;
         if constexpr (kOrder > 0) {
-            r.c[1] = taylor[1] * x.c[1];
-            r.c[2] = taylor[1] * x.c[2];
+            for (int k = 1; k < LaneJet<V, kOrder>::kSize; ++k)
+                r.c[k] = number<V>(first) * x.c[k];
         }
         if constexpr (kOrder > 1) {
-            repeat<3>(3, [&](auto k) OSDX_LAMBDA {
-                r.c[3 + k] = mul_add(taylor[2], square[k], taylor[1] * x.c[3 + k]);
-            });
+            const V along_x = number<V>(second) * x.c[1],
+                    along_y = number<V>(second) * x.c[2];
+            r.square[0] = along_x * x.c[1];
+            r.square[1] = number<V>(2) * along_x * x.c[2];
+            r.square[2] = along_y * x.c[2];
+        }
+        return r;
+    }
+    HWY_INLINE LaneJet<V, kOrder> compose(Taylor<V, kOrder> f) const {
+        LaneJet<V, kOrder> r;
+        r.c[0] = f.c[0];
+        if constexpr (kOrder > 0) {
+            r.c[1] = f.c[1] * c[1];
+            r.c[2] = f.c[1] * c[2];
+        }
+        if constexpr (kOrder > 1) {
+            for (int k = 0; k < 3; ++k)
+                r.c[3 + k] = mul_add(f.c[2], square[k], f.c[1] * c[3 + k]);
+        }
+        return r;
+    }
+};
+
+/// The same for f(x) times a factor: its products with the derivatives of x serve all f.
+template <class V, int kOrder>
+struct BlendedInner {
+    LaneJet<V, kOrder> factor;
+    LaneJet<V, kOrder> first;  // factor (x - value of x)
+    V second[3];               // factor (x - value of x)^2
+
+    HWY_INLINE static BlendedInner of(Inner<V, kOrder> x, LaneJet<V, kOrder> factor) {
+        BlendedInner r;
+        r.factor = factor;
+        const auto& f = factor.c;
+        if constexpr (kOrder > 0) {
+            r.first.c[1] = x.c[1] * f[0];
+            r.first.c[2] = x.c[2] * f[0];
+        }
+        if constexpr (kOrder > 1) {
+            r.first.c[3] = mul_add(x.c[3], f[0], x.c[1] * f[1]);
+            r.first.c[4] = mul_add(x.c[4], f[0], mul_add(x.c[2], f[1], x.c[1] * f[2]));
+            r.first.c[5] = mul_add(x.c[5], f[0], x.c[2] * f[2]);
+            for (int k = 0; k < 3; ++k)
+                r.second[k] = x.square[k] * f[0];
+        }
+        return r;
+    }
+    HWY_INLINE LaneJet<V, kOrder> compose(Taylor<V, kOrder> f) const {
+        LaneJet<V, kOrder> r;
+        r.c[0] = f.c[0] * factor.c[0];
+        if constexpr (kOrder > 0) {
+            r.c[1] = mul_add(f.c[1], first.c[1], f.c[0] * factor.c[1]);
+            r.c[2] = mul_add(f.c[1], first.c[2], f.c[0] * factor.c[2]);
+        }
+        if constexpr (kOrder > 1) {
+            for (int k = 3; k < 6; ++k)
+                r.c[k] = mul_add(f.c[2], second[k - 3],
+                                 mul_add(f.c[1], first.c[k], f.c[0] * factor.c[k]));
         }
         return r;
     }

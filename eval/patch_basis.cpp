@@ -3,6 +3,7 @@
 
 #include "eval/patch_basis.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -52,8 +53,8 @@ PatchBasis::PatchBasis(const PatchClass& patch_class)
     if (ev)
         extended_ = extended_coefficients(d_);
     build_tables();
-    if (class_.border == PatchBorder::None)
-        ring_.emplace(class_, polygon_);
+    if (!class_.is_single())
+        ring_.emplace(PatchClass{class_.kind, d_, n_}, polygon_);
     if (class_.border == PatchBorder::Spike) {
         std::vector<double> w(static_cast<std::size_t>(class_.n_points()), 0.0);
         const Jet<double, 0> f =
@@ -63,6 +64,8 @@ PatchBasis::PatchBasis(const PatchClass& patch_class)
             x /= f.c[0];
         centre_weights_ = std::move(w);
     }
+    if (ring_ && class_.border != PatchBorder::None)
+        build_net();
 }
 
 void PatchBasis::build_tables() {
@@ -83,6 +86,37 @@ void PatchBasis::build_tables() {
             add(net.axis_point(axis, j));
     }
     term_offsets_.push_back(static_cast<Index>(terms_.size()));
+}
+
+void PatchBasis::build_net() {
+    const PatchClass whole{class_.kind, d_, n_};
+    const MirroredNet net(class_), whole_net(whole);
+    std::vector<MirroredNet::Terms> points(static_cast<std::size_t>(whole.n_points()));
+    for (int i = 0; i < n_; ++i) {
+        for (int j = 0; j < columns_; ++j) {
+            for (int k = 0; k < d_; ++k)
+                points[whole_net.ribbon_point(i, j, k)[0].point] =
+                    net.ribbon_point(i, j, k);
+        }
+    }
+    const int n_axes = class_.border == PatchBorder::Pinned ? 2 : int(class_.is_open());
+    for (int axis = 0; axis < n_axes; ++axis) {
+        for (int j = 0; j < columns_; ++j)
+            points.push_back(net.axis_point(axis, j));
+    }
+    if (class_.border == PatchBorder::Spike) {
+        const bool ev = class_.kind == PatchKind::EV;
+        points.push_back({{static_cast<Index>(ev ? 0 : class_.ef_centre()), 1.0}});
+        points.emplace_back();
+        for (Index i = 0; i < centre_weights_.size(); ++i)
+            points.back().push_back({i, centre_weights_[i]});
+    }
+    for (const MirroredNet::Terms& terms : points) {
+        net_offsets_.push_back(static_cast<Index>(net_terms_.size()));
+        net_indices_.push_back(static_cast<Index>(net_indices_.size()));
+        net_terms_.insert(net_terms_.end(), terms.begin(), terms.end());
+    }
+    net_offsets_.push_back(static_cast<Index>(net_terms_.size()));
 }
 
 void PatchBasis::row_basis(int interval, double u, int order,
@@ -165,39 +199,158 @@ DomainPoint PatchBasis::from_native(Vec2<double> xy) const noexcept {
 }
 
 template <class T>
-bool PatchBasis::sum(const DomainPoint& p, Chart chart, const detail::PointSum<T>& what,
+void PatchBasis::gather_net(const detail::PointSum<T>& what, double* out) const noexcept {
+    for (std::size_t i = 0; i < net_indices_.size(); ++i, out += 4) {
+        std::fill_n(out, 4, 0.0);
+        for (Index t = net_offsets_[i]; t < net_offsets_[i + 1]; ++t) {
+            const MirroredNet::Term& term = net_terms_[t];
+            const std::size_t at = std::size_t(what.points[term.point]) * what.stride,
+                              n = std::min<std::size_t>(4, what.n_values - at);
+            for (std::size_t c = 0; c < n; ++c)
+                out[c] += term.weight * double(what.values[at + c]);
+        }
+    }
+}
+
+template <int Order>
+void PatchBasis::border_sum(const DomainPoint& p, Chart chart, detail::ChartTurn turn,
+                            std::span<const double> net,
+                            detail::PointJet& out) const noexcept {
+    using Channels = std::array<J<Order>, 4>;
+    const detail::RingTables& ring = *ring_;
+    // S without what is done at borders, at a place that moves by (x, y) of its sector.
+    const auto surface = [&](const DomainPoint& q, J<Order> x, J<Order> y) {
+        detail::PointJet s;
+        std::get<detail::PointKernels<double>>(kernels_).polygon(
+            ring, class_.kind, q, Order, {},
+            {net.data(), net.size(), 4, net_indices_.data()}, s);
+        x.c[0] = y.c[0] = 0;
+        const J<Order> xx = 0.5 * (x * x), xy = x * y, yy = 0.5 * (y * y);
+        Channels r;
+        for (int c = 0; c < 4; ++c) {
+            r[c] = J<Order>(s.value[0][c]);
+            if constexpr (Order > 0)
+                r[c] += s.value[1][c] * x + s.value[2][c] * y;
+            if constexpr (Order > 1)
+                r[c] += s.value[3][c] * xx + s.value[4][c] * xy + s.value[5][c] * yy;
+        }
+        return r;
+    };
+
+    const Place<Order> at = place<Order>(p);
+    const PolygonDistances<Order> domain(polygon_, p.sector, at.a, at.b, chart,
+                                         !class_.is_open());
+    J<Order> x, y;
+    if (chart == Chart::BaseUV) {
+        x = ring.x_a * (at.a + at.b) + ring.x_ab * (at.a * at.b);
+        y = ring.y_b * (at.b - at.a);
+    } else if constexpr (Order > 0) {
+        const Vec2<double> turned = ring.sector_turn[p.sector];
+        x.c[1] = y.c[2] = turned.x;
+        x.c[2] = turned.y;
+        y.c[1] = -turned.y;
+    }
+    Channels r = surface({p.sector, at.a.c[0], at.b.c[0]}, x, y);
+
+    const J<Order> one(1.0);
+    const double inverse = 1 / polygon_.centre_distance();
+    const double* const extra =
+        net.data() + net.size() - 4 * (net_indices_.size() - std::size_t(ring.n_points));
+    if (class_.border == PatchBorder::Spike) {
+        J<Order> b = one;
+        for (int k = 0; k < n_; ++k)
+            b = b * power<Order>(domain.distance(k) * inverse);
+        for (int c = 0; c < 4; ++c)
+            r[c] += (extra[c] - extra[4 + c]) * b;
+    }
+    const int n_axes = class_.border == PatchBorder::Pinned ? 2 : int(class_.is_open());
+    for (int axis = 0; axis < n_axes; ++axis) {
+        const AxisFoot<Order> foot = axis_foot<Order>(domain, axis);
+        if (!foot.has_weight())
+            continue;
+        const Channels s =
+            surface({foot.side, foot.t.c[0], 0}, ring.x_a * foot.t, -ring.y_b * foot.t);
+        const AxisDomain<Order> on_axis(*this, foot.side, foot.t);
+        Channels curve{};
+        axis_curve<Order>(
+            border_parameter<Order>(on_axis.h(axis * class_.n_sectors),
+                                    on_axis.h(cyclic(axis * class_.n_sectors + n_ / 2))),
+            [&](int j, const J<Order>& w) {
+                const double* point = extra + 4 * (axis * columns_ + j);
+                for (int c = 0; c < 4; ++c)
+                    curve[c] += point[c] * w;
+            });
+        for (int c = 0; c < 4; ++c)
+            r[c] += foot.weight * (curve[c] - s[c]);
+    }
+
+    const double u = turn.cos, v = turn.sin;
+    for (int c = 0; c < 4; ++c) {
+        const auto& d = r[c].c;
+        out.value[0][c] = d[0];
+        if constexpr (Order > 0) {
+            out.value[1][c] = u * d[1] + v * d[2];
+            out.value[2][c] = u * d[2] - v * d[1];
+        }
+        if constexpr (Order > 1) {
+            const double aa = 2 * d[3], ab = d[4], bb = 2 * d[5];
+            out.value[3][c] = u * u * aa + 2 * u * v * ab + v * v * bb;
+            out.value[4][c] = (u * u - v * v) * ab + u * v * (bb - aa);
+            out.value[5][c] = u * u * bb - 2 * u * v * ab + v * v * aa;
+        }
+    }
+}
+
+template <class T>
+bool PatchBasis::sum(const DomainPoint& p, Chart chart, int order, detail::ChartTurn turn,
+                     const detail::PointSum<T>& what,
                      detail::PointJet& out) const noexcept {
     const auto& kernels = std::get<detail::PointKernels<T>>(kernels_);
     if (taylor_) {
-        kernels.regular(*taylor_, d_, p.a, p.b, what, out);
+        kernels.regular(*taylor_, d_, p.a, p.b, order, turn, what, out);
         return true;
     }
     if (!ring_ || !kernels.polygon || 2 - p.a - p.b < kCorner)
         return false;
-    // The kernel's (x, y) are those of the sector: with (a, b), or turned with it.
-    detail::ChartMap x;
-    if (chart == Chart::Native) {
-        const Vec2<double> turn = ring_->sector_turn[p.sector];
-        x = {turn.x, -turn.y, turn.y, turn.x, 0};
-    } else {
-        const double c2 = ring_->centre * ring_->centre,
-                     y_b = ring_->centre * ring_->sine;
-        x = {p.b + c2 * (1 - 2 * p.b), -y_b, p.a + c2 * (1 - 2 * p.a), y_b, 1 - 2 * c2};
+    if (class_.border != PatchBorder::None) {
+        if (net_indices_.size() > kMostNetPoints)
+            return false;
+        double values[4 * kMostNetPoints];
+        gather_net(what, values);
+        const std::span<const double> net(values, 4 * net_indices_.size());
+        switch (order) {
+            case 0:
+                border_sum<0>(p, chart, turn, net, out);
+                break;
+            case 1:
+                border_sum<1>(p, chart, turn, net, out);
+                break;
+            default:
+                border_sum<2>(p, chart, turn, net, out);
+        }
+        return true;
     }
-    // what.map is that of a turn by quarters.
-    const detail::ChartMap& turn = what.map;
-    detail::PointSum<T> sum = what;
-    sum.map = {turn.x_u * x.x_u + turn.y_u * x.x_v, turn.x_u * x.y_u + turn.y_u * x.y_v,
-               turn.x_v * x.x_u + turn.y_v * x.x_v, turn.x_v * x.y_u + turn.y_v * x.y_v,
-               (turn.x_u * turn.y_v + turn.y_u * turn.x_v) * x.x_uv};
-    kernels.polygon(*ring_, class_.kind, p, sum, out);
+    // The kernel's (x, y) are those of the sector: with (a, b), or turned with it.
+    const double c = turn.cos, s = turn.sin;
+    detail::ChartMap map;
+    if (chart == Chart::Native) {
+        const Vec2<double> at = ring_->sector_turn[p.sector];
+        map = {c * at.x + s * at.y, s * at.x - c * at.y, c * at.y - s * at.x,
+               s * at.y + c * at.x, 0};
+    } else {
+        const double x_ab = ring_->x_ab, x_a = ring_->x_a + p.b * x_ab,
+                     x_b = ring_->x_a + p.a * x_ab;
+        map = {c * x_a + s * x_b, (s - c) * ring_->y_b, c * x_b - s * x_a,
+               (s + c) * ring_->y_b, (c * c - s * s) * x_ab};
+    }
+    kernels.polygon(*ring_, class_.kind, p, order, map, what, out);
     return true;
 }
 
-template bool PatchBasis::sum<float>(const DomainPoint&, Chart,
+template bool PatchBasis::sum<float>(const DomainPoint&, Chart, int, detail::ChartTurn,
                                      const detail::PointSum<float>&,
                                      detail::PointJet&) const noexcept;
-template bool PatchBasis::sum<double>(const DomainPoint&, Chart,
+template bool PatchBasis::sum<double>(const DomainPoint&, Chart, int, detail::ChartTurn,
                                       const detail::PointSum<double>&,
                                       detail::PointJet&) const noexcept;
 

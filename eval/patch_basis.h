@@ -96,14 +96,14 @@ public:
     };
     SideParameters side_parameters(const DomainPoint& p) const;
 
-    /// Derivatives up to second order of the sum of the control points' values times their
-    /// weights, by vectorised kernels: the same as by for_each_weight() up to rounding.
+    /// Derivatives up to an order of 0 to 2 of the sum of the control points' values times
+    /// their weights, by vectorised kernels: the same as by for_each_weight() up to rounding.
     /// \return false where there is no such kernel
     ///
-    /// Derivatives are in (a, b), or (x, y), turned as the sum says.
+    /// \param turn  from (a, b), or (x, y), to the variables of the derivatives
     template <class T>
-    bool sum(const DomainPoint& p, Chart chart, const detail::PointSum<T>& what,
-             detail::PointJet& out) const noexcept;
+    bool sum(const DomainPoint& p, Chart chart, int order, detail::ChartTurn turn,
+             const detail::PointSum<T>& what, detail::PointJet& out) const noexcept;
 
 private:
     template <int Order>
@@ -144,6 +144,20 @@ private:
     /// Both ribbons at a point of the triangle. \return f
     template <int Order, class Sink>
     J<Order> triangle_weights(const Triangle<Order>& at, Sink&& sink) const noexcept;
+    /// The foot of a point on an axis, at t on the line to the middle of a side, and b.
+    template <int Order>
+    struct AxisFoot {
+        int side;
+        J<Order> t, weight;
+        bool has_weight() const noexcept {
+            return !std::ranges::all_of(weight.c, [](double x) { return x == 0; });
+        }
+    };
+    template <int Order, class D>
+    AxisFoot<Order> axis_foot(const D& domain, int axis) const noexcept;
+    /// Calls sink(j, w) with the weights of the points of an axis' curve at tau.
+    template <int Order, class Sink>
+    void axis_curve(const J<Order>& tau, Sink&& sink) const noexcept;
     /// scale (C(tau) - S) on an axis, for the S that `weights` gives.
     template <int Order, class Weights, class Sink>
     void correct(int axis, const J<Order>& scale, const J<Order>& h_i,
@@ -162,7 +176,18 @@ private:
     int cyclic(int i) const noexcept { return polygon_.cyclic(i); }
 
     void build_tables();
+    void build_net();
 
+    /// The points of the net, four channels each.
+    template <class T>
+    void gather_net(const detail::PointSum<T>& what, double* out) const noexcept;
+    /// sum() at borders and spikes, of the net's points.
+    template <int Order>
+    void border_sum(const DomainPoint& p, Chart chart, detail::ChartTurn turn,
+                    std::span<const double> net, detail::PointJet& out) const noexcept;
+
+    /// Larger nets are summed ribbon by ribbon.
+    static constexpr std::size_t kMostNetPoints = 512;
     static constexpr double kCorner = 1e-8;  // see for_each_weight
 
     PatchClass class_;
@@ -175,11 +200,16 @@ private:
     // By ribbon, column, row; then by axis and point of its curve.
     std::vector<Index> term_offsets_;
     std::vector<MirroredNet::Term> terms_;
-    std::vector<double> centre_weights_;             // of spikes: S(0)
+    std::vector<double> centre_weights_;  // of spikes: S(0)
+    // What sum() needs at borders and spikes: terms of the n-gon's points; then of those of
+    // the axes' curves, or of a spike's centre and S(0).
+    std::vector<Index> net_offsets_;
+    std::vector<MirroredNet::Term> net_terms_;
+    std::vector<Index> net_indices_;                 // 0, 1, ..
     std::array<double, 2 * kMaxDegree> extended_{};  // Bezier coefficients of E_(d-1)
     std::tuple<detail::PointKernels<float>, detail::PointKernels<double>> kernels_;
     std::optional<detail::TaylorRows> taylor_;  // of regular patches
-    std::optional<detail::RingTables> ring_;    // of EV and EF patches inside
+    std::optional<detail::RingTables> ring_;  // of EV and EF patches, but single sectors
 };
 
 }  // namespace osdx

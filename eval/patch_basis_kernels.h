@@ -269,27 +269,54 @@ Jet<double, Order> PatchBasis::triangle_weights(const Triangle<Order>& at,
     return f0 + f * alpha;
 }
 
-template <int Order, class Weights, class Sink>
-void PatchBasis::correct(int axis, const J<Order>& scale, const J<Order>& h_i,
-                         const J<Order>& h_o, Weights&& weights,
-                         Sink&& sink) const noexcept {
+template <int Order, class Sink>
+void PatchBasis::axis_curve(const J<Order>& tau, Sink&& sink) const noexcept {
     constexpr int kStride = Order + 1;
-    const J<Order> tau = border_parameter<Order>(h_i, h_o);
     const int interval = std::clamp(static_cast<int>(tau.c[0]), 0, intervals_ - 1);
     std::array<double, (kMaxDegree + 1) * kStride> taylor;
     bspline_basis<double>(
         d_, tau.c[0] - interval, Order,
         std::span(taylor).first(static_cast<std::size_t>(d_ + 1) * kStride));
     const JetPowers<double, Order> powers(tau);
+    for (int m = 0; m <= d_; ++m)
+        sink(interval + m, powers.compose(taylor.data() + m * kStride));
+}
+
+template <int Order, class Weights, class Sink>
+void PatchBasis::correct(int axis, const J<Order>& scale, const J<Order>& h_i,
+                         const J<Order>& h_o, Weights&& weights,
+                         Sink&& sink) const noexcept {
     const Index* offsets = term_offsets_.data() + n_ * columns_ * d_ + axis * columns_;
-    for (int m = 0; m <= d_; ++m) {
-        const J<Order> c = powers.compose(taylor.data() + m * kStride) * scale;
-        for (Index t = offsets[interval + m]; t < offsets[interval + m + 1]; ++t)
+    axis_curve<Order>(border_parameter<Order>(h_i, h_o), [&](int j, const J<Order>& w) {
+        const J<Order> c = w * scale;
+        for (Index t = offsets[j]; t < offsets[j + 1]; ++t)
             sink(terms_[t].point, terms_[t].weight * c);
-    }
+    });
     const J<Order> f = weights([](Index, const J<Order>&) {});
     const J<Order> minus = -1.0 * scale / f;
     weights([&](Index i, const J<Order>& v) { sink(i, minus * v); });
+}
+
+template <int Order, class D>
+PatchBasis::AxisFoot<Order> PatchBasis::axis_foot(const D& domain,
+                                                  int axis) const noexcept {
+    const int k = class_.n_sectors, i = axis * k, o = cyclic(i + n_ / 2);
+    const J<Order> one(1.0);
+    const double inverse = 1 / polygon_.centre_distance();
+    AxisFoot<Order> foot{i, one - domain.distance(i) * inverse, one};
+    if (foot.t.c[0] < 0) {
+        foot.side = o;
+        foot.t = domain.distance(o) * -inverse + one;
+    }
+    // Twice the distance from the axis, by two sides that are mirror images in it.
+    const int m = n_ / 4;
+    const J<Order> y = (domain.distance(axis == 0 ? n_ - m : i + m) -
+                        domain.distance(axis == 0 ? m : i - m)) *
+                       (1 / std::sin(2 * std::numbers::pi * m / n_));
+    const bool pinned = class_.border == PatchBorder::Pinned;
+    for (int side = axis == 0 ? 1 : 0; side <= (pinned && axis == 0 ? k : k - 1); ++side)
+        foot.weight = foot.weight * blend<Order>(domain.distance(side), y);
+    return foot;
 }
 
 template <int Order, class Sink>
@@ -343,29 +370,15 @@ Jet<double, Order> PatchBasis::for_each_weight(const DomainPoint& p, Chart chart
     }
     if (!class_.is_open())
         return f;
-    const int k = class_.n_sectors;
     const bool pinned = class_.border == PatchBorder::Pinned;
     for (int axis = 0; axis <= int(pinned); ++axis) {
-        // The sides that the axis meets, and its coordinate: 1 on side i, -1 on side o.
-        const int i = axis * k, o = i + n_ / 2;
-        J<Order> t = one - domain.distance(i) * (1 / polygon_.centre_distance());
-        const bool back = t.c[0] < 0;
-        if (back)
-            t = domain.distance(cyclic(o)) * (-1 / polygon_.centre_distance()) + one;
-        const AxisDomain<Order> foot(*this, back ? cyclic(o) : i, t);
-        // Twice the distance from the axis, by two sides that are mirror images in it.
-        const int m = n_ / 4;
-        const J<Order> y = (domain.distance(axis == 0 ? n_ - m : i + m) -
-                            domain.distance(axis == 0 ? m : i - m)) *
-                           (1 / std::sin(2 * std::numbers::pi * m / n_));
-        J<Order> b = f;
-        for (int side = axis == 0 ? 1 : 0; side <= (pinned && axis == 0 ? k : k - 1);
-             ++side)
-            b = b * blend<Order>(domain.distance(side), y);
-        if (std::ranges::all_of(b.c, [](double x) { return x == 0; }))
+        const AxisFoot<Order> at = axis_foot<Order>(domain, axis);
+        if (!at.has_weight())
             continue;
+        const int i = axis * class_.n_sectors;
+        const AxisDomain<Order> foot(*this, at.side, at.t);
         correct<Order>(
-            axis, b, foot.h(i), foot.h(cyclic(o)),
+            axis, f * at.weight, foot.h(i), foot.h(cyclic(i + n_ / 2)),
             [&](auto&& s) { return polygon_weights<Order>(foot, s); }, sink);
     }
     return f;

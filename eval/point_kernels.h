@@ -15,6 +15,12 @@ struct ChartMap {
     double x_u = 1, y_u = 0, x_v = 0, y_v = 1, x_uv = 0;
 };
 
+/// From (a, b) of a patch to (u, v), which are turned and scaled:
+/// d_u = cos d_a + sin d_b, d_v = cos d_b - sin d_a.
+struct ChartTurn {
+    double cos = 1, sin = 0;
+};
+
 /// A sum over the control points of one patch of their values times the weights at one
 /// point of the domain.
 template <class T>
@@ -23,8 +29,6 @@ struct PointSum {
     std::size_t n_values;  ///< where they end
     int stride;
     const Index* points;  ///< control points of the patch
-    int order;            ///< 0, 1 or 2
-    ChartMap map;
 };
 
 /// p, du, dv, duu, duv, dvv of up to four channels.
@@ -38,14 +42,15 @@ template <class T>
 struct PointKernels {
     PointKernels();
 
-    /// At (s, t) of [0,1]^2, which are the variables.
-    void (*regular)(const TaylorRows& taylor, int degree, double s, double t,
-                    const PointSum<T>& sum, PointJet& out);
+    /// At (s, t) of [0,1]^2, which are the variables, with derivatives up to an order of 0 to 2.
+    void (*regular)(const TaylorRows& taylor, int degree, double s, double t, int order,
+                    ChartTurn turn, const PointSum<T>& sum, PointJet& out);
 
     /// EV and EF patches inside. The variables are those of RingTables. Null where the
     /// machine's registers are too narrow.
     void (*polygon)(const RingTables& tables, PatchKind kind, const DomainPoint& p,
-                    const PointSum<T>& sum, PointJet& out);
+                    int order, const ChartMap& map, const PointSum<T>& sum,
+                    PointJet& out);
 };
 
 }  // namespace osdx::detail

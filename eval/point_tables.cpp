@@ -44,8 +44,12 @@ TaylorRows::TaylorRows(int degree) : stride((degree + 4) / 4 * 4) {
 RingTables::RingTables(const PatchClass& patch_class, const Polygon& polygon)
     : n(polygon.n()),
       degree(patch_class.degree),
+      n_points(patch_class.n_points()),
       centre(polygon.centre_distance()),
       sine(std::sin(std::numbers::pi / n)),
+      x_a(centre * centre),
+      x_ab(1 - 2 * x_a),
+      y_b(centre * sine),
       left(n,
            [&](int k) {
                return 0.5 *
@@ -82,7 +86,6 @@ RingTables::RingTables(const PatchClass& patch_class, const Polygon& polygon)
         build_polynomials();
     if (patch_class.kind == PatchKind::EV)
         extended = extended_polynomial(degree);
-    build_slots(patch_class);
 }
 
 SideTable RingTables::near_table(int weight) const {
@@ -122,29 +125,6 @@ void RingTables::build_polynomials() {
         for (int p = 0; p <= n - 3; ++p) {
             for (int r = 0; p + 2 * r <= n - 3; ++r)
                 quotient[p][r] += q[p][2 * r];
-        }
-    }
-}
-
-void RingTables::build_slots(const PatchClass& c) {
-    const int d = degree;
-    const auto add = [&](auto&& point) {
-        ++n_classes;
-        for (int i = 0; i < n + kLanes; ++i)
-            slot_points.push_back(static_cast<Index>(point(i % n)));
-    };
-    if (c.kind == PatchKind::EV) {
-        for (int a = 1; a < d; ++a) {
-            for (int b = 1; b < d; ++b)
-                add([&](int i) { return c.ev_point(i, a, b); });
-        }
-        for (int b = 1; b < d; ++b)
-            add([&](int i) { return c.ev_spoke(i, b); });
-        slot_points.push_back(0);
-    } else if (c.kind == PatchKind::EF) {
-        for (int p = 0; p < d; ++p) {
-            for (int q = 0; q < d; ++q)
-                add([&](int i) { return c.ef_point(i, p, q); });
         }
     }
 }

@@ -44,8 +44,7 @@ private:
     std::vector<double> values_;
 };
 
-/// What the kernels of n-sided patches read: the geometry of the n-gon, and which control
-/// points the ribbons' columns and rows stand for.
+/// What the kernels of n-sided patches read: the geometry of the n-gon.
 ///
 /// Lanes of a register are ribbons: all of them where n <= kLanes (a ring), else kWindow in
 /// the middle of the register, so that neighbours are at hand.
@@ -60,9 +59,11 @@ struct RingTables {
     /// Lanes in which a block has weights.
     int n_lanes() const noexcept { return is_ring() ? n : kFirstOfWindow + kWindow + 1; }
 
-    int n, degree;
-    double centre;                  ///< distance from the centre to a side, cos(pi/n)
-    double sine;                    ///< sin(pi/n)
+    int n, degree, n_points;
+    double centre;  ///< distance from the centre to a side, cos(pi/n)
+    double sine;    ///< sin(pi/n)
+    /// x = x_a (a + b) + x_ab a b, y = y_b (b - a).
+    double x_a, x_ab, y_b;
     SideTable left, corner, right;  ///< distances of the sector's corners to the sides
     SideTable normal_x, normal_y;
     double sum_value, sum_slope;  ///< l_(i-1) + l_(i+1) = value + slope l_i
@@ -90,16 +91,11 @@ struct RingTables {
     std::vector<Vec2<double>> sector_turn;  ///< cos and sin of the sectors' directions
 
     std::vector<double> extended;  ///< (1-u)^d times this polynomial is E_(d-1)
-    int n_classes = 0;             ///< of points, one of each in every sector
-    /// Point of class c in sector i is slot_points[c * (n + kLanes) + i]; for EV the vertex
-    /// follows.
-    std::vector<Index> slot_points;
 
 private:
     double far(int j) const noexcept { return j > 1 && j < n - 1 ? 1.0 : 0.0; }
     SideTable near_table(int weight) const;
     void build_polynomials();
-    void build_slots(const PatchClass& patch_class);
 };
 
 }  // namespace osdx::detail

@@ -1,0 +1,325 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+// Included once for each instruction set that is compiled (hwy/foreach_target.h).
+#if defined(OSDX_EVAL_RIBBONS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef OSDX_EVAL_RIBBONS_INL_H_
+#undef OSDX_EVAL_RIBBONS_INL_H_
+#else
+#define OSDX_EVAL_RIBBONS_INL_H_
+#endif
+
+#include "eval/lanes-inl.h"
+#include "eval/point_tables.h"
+
+// The parameters and blends of the ribbons of patches of n sides at a point, one ribbon a lane.
+
+HWY_BEFORE_NAMESPACE();
+namespace osdx::HWY_NAMESPACE {
+
+using detail::kLanes;
+using detail::RingTables;
+
+using P8 = Pack<kLanes>;
+
+/// Distances to sides k, k+1, ... as jets.
+template <class V, int kOrder>
+HWY_INLINE LaneJet<V, kOrder> distances(const RingTables& t, int k, double a, double b) {
+    // Exact 0 on the side, and to relative precision near it.
+    const V low = mul_add(number<V>(b), load<V>(t.right.at(k)),
+                          number<V>((1 - b) * t.centre)),
+            high = mul_add(number<V>(1 - b), load<V>(t.left.at(k)),
+                           number<V>(b) * load<V>(t.corner.at(k)));
+    auto l =
+        LaneJet<V, kOrder>::constant(mul_add(number<V>(1 - a), low, number<V>(a) * high));
+    if constexpr (kOrder > 0) {
+        l.c[1] = -load<V>(t.normal_x.at(k));
+        l.c[2] = -load<V>(t.normal_y.at(k));
+    }
+    return l;
+}
+
+/// The sides' parameters h = g / W where all sides are in one register: see
+/// RingTables::quotient.
+template <int kOrder>
+class RingH {
+    using J = LaneJet<P8, kOrder>;
+
+public:
+    /// \param l  distances to side first + m in lane m
+    HWY_INLINE RingH(const RingTables& t, int first, double a, double b, J l) {
+        const double x = t.x_a * (a + b) + t.x_ab * (a * b), y = t.y_b * (b - a);
+        set_total(t, x, y);
+        const P8 nx = P8::load(t.normal_x.at(first)), ny = P8::load(t.normal_y.at(first));
+        const P8 xi = P8::of(t.centre) - l.c[0],
+                 eta = neg_mul_add(P8::of(x), ny, P8::of(y) * nx);
+        const J q = t.n <= 5 ? quadratic(t, xi, eta) : polynomial(t, xi, eta);
+        // Times l = centre - xi, then from (xi, eta) to (x, y).
+        g_.c[0] = l.c[0] * q.c[0];
+        if constexpr (kOrder > 0) {
+            const P8 g1 = mul_sub(l.c[0], q.c[1], q.c[0]), g2 = l.c[0] * q.c[2];
+            g_.c[1] = neg_mul_add(ny, g2, nx * g1);
+            g_.c[2] = mul_add(nx, g2, ny * g1);
+            if constexpr (kOrder > 1) {
+                const P8 g3 = mul_sub(l.c[0], q.c[3], q.c[1]),
+                         g4 = mul_sub(l.c[0], q.c[4], q.c[2]), g5 = l.c[0] * q.c[5];
+                const P8 xx = nx * nx, xy = nx * ny, yy = ny * ny;
+                g_.c[3] = mul_add(xx, g3, neg_mul_add(xy, g4, yy * g5));
+                g_.c[4] = mul_add(P8::of(2) * xy, g3 - g5, (xx - yy) * g4);
+                g_.c[5] = mul_add(yy, g3, mul_add(xy, g4, xx * g5));
+            }
+        }
+    }
+
+    HWY_INLINE J g() const { return g_; }
+    HWY_INLINE J h() const { return quotient(g_, J::same(total_), P8::of(inverse_)); }
+
+private:
+    using S = LaneJet<double, kOrder>;
+
+    /// W and its derivatives by z = x^2 + y^2.
+    HWY_INLINE void set_total(const RingTables& t, double x, double y) {
+        const double z = x * x + y * y, c1 = t.total[1];
+        if (t.n <= 5) {
+            total_ = S::constant(t.total[0] + z * c1);
+            inverse_ = 1 / total_.c[0];
+            if constexpr (kOrder > 0) {
+                total_.c[1] = (c1 + c1) * x;
+                total_.c[2] = (c1 + c1) * y;
+                if constexpr (kOrder > 1)
+                    total_.c[3] = total_.c[5] = c1;
+            }
+            return;
+        }
+        const double c2 = t.total[2];
+        total_.c[0] = t.total[0] + z * (c1 + z * c2);
+        inverse_ = 1 / total_.c[0];
+        if constexpr (kOrder > 0) {
+            const double slope = c1 + 2 * z * c2;
+            total_.c[1] = 2 * x * slope;
+            total_.c[2] = 2 * y * slope;
+            if constexpr (kOrder > 1) {
+                total_.c[3] = slope + 4 * x * x * c2;
+                total_.c[4] = 8 * x * y * c2;
+                total_.c[5] = slope + 4 * y * y * c2;
+            }
+        }
+    }
+
+    /// Q where n <= 5.
+    static HWY_INLINE J quadratic(const RingTables& t, P8 xi, P8 eta) {
+        const auto coefficient = [&](int p, int r)
+                                     OSDX_LAMBDA { return P8::of(t.quotient[p][r]); };
+        J q = J::zero();
+        const P8 q2 = coefficient(2, 0) * xi, slope = q2 + coefficient(1, 0);
+        q.c[0] =
+            mul_add(slope, xi, mul_add(eta * eta, coefficient(0, 1), coefficient(0, 0)));
+        if constexpr (kOrder > 0) {
+            q.c[1] = q2 + slope;
+            q.c[2] = eta * P8::of(2 * t.quotient[0][1]);
+        }
+        if constexpr (kOrder > 1) {
+            q.c[3] = coefficient(2, 0);
+            q.c[5] = coefficient(0, 1);
+        }
+        return q;
+    }
+
+    static HWY_INLINE J polynomial(const RingTables& t, P8 xi, P8 eta) {
+        const P8 e = eta * eta;
+        J q = J::zero();
+        for (int p = t.n - 3; p >= 0; --p) {  // Horner's scheme in xi
+            if constexpr (kOrder > 1) {
+                q.c[3] = mul_add(q.c[3], xi, q.c[1]);
+                q.c[4] = mul_add(q.c[4], xi, q.c[2]);
+                q.c[5] = q.c[5] * xi;
+            }
+            if constexpr (kOrder > 0) {
+                q.c[1] = mul_add(q.c[1], xi, q.c[0]);
+                q.c[2] = q.c[2] * xi;
+            }
+            q.c[0] = mul_add(q.c[0], xi, P8::of(t.quotient[p][0]));
+            if (p + 2 <= t.n - 3) {
+                const P8 c1 = P8::of(t.quotient[p][1]), c2 = P8::of(t.quotient[p][2]),
+                         slope = mul_add(c2 + c2, e, c1);
+                q.c[0] = mul_add(mul_add(c2, e, c1), e, q.c[0]);
+                if constexpr (kOrder > 0)
+                    q.c[2] = mul_add(eta + eta, slope, q.c[2]);
+                if constexpr (kOrder > 1)
+                    q.c[5] = q.c[5] + mul_add(P8::of(4) * c2, e, slope);
+            }
+        }
+        return q;
+    }
+
+    J g_;
+    S total_;
+    double inverse_;
+};
+
+/// h where there are more sides, from Wachspress' weights of the corners, over the product
+/// P = l_0 l_1 / product of all l: 1 for corner 0, l_0/l_2 and l_1/l_-1 beside it, and
+/// P/(l_j l_(j+1)) for the others, which are far.
+template <int kOrder>
+class WindowH {
+    using J = LaneJet<P8, kOrder>;
+    using S = LaneJet<double, kOrder>;
+
+public:
+    HWY_INLINE WindowH(const RingTables& t, double a, double b) : t_(t) {
+        S rest = S::zero();
+        for (int j = 0; j < t.n; j += kLanes) {
+            const J w =
+                far(j, t.far_weight_once.data() + j, distances<P8, kOrder>(t, j, a, b),
+                    distances<P8, kOrder>(t, j + 1, a, b));
+            for (int k = 0; k < S::kSize; ++k)
+                rest.c[k] += sum_of_lanes(w.c[k]);
+        }
+        const S l0 = distances<double, kOrder>(t, 0, a, b),
+                l1 = distances<double, kOrder>(t, 1, a, b);
+        const S before = l1 / distances<double, kOrder>(t, -1, a, b),
+                after = l0 / distances<double, kOrder>(t, 2, a, b);
+        S product = l0 * l1;
+        S sum = mul_add(product, rest, before + after);
+        sum.c[0] += 1;
+        const S inverse = S::constant(1) / sum;
+        product = product * inverse;
+        near_[0] = J::same(before * inverse);
+        near_[1] = J::same(inverse);
+        near_[2] = J::same(after * inverse);
+        rest_ = J::same(rest * product);
+        product_ = J::same(product);
+    }
+
+    /// The sum of all weights but i and i-1, over the sum of all, for the sides from `first`
+    /// on but that in lane 0. Next to the sides at the corner, where h vanishes, every term
+    /// is positive.
+    HWY_INLINE J h(int first, J l, J l_next) const {
+        const J w = far(first, t_.far_weight.at(first), l, l_next);
+        J sum = rest_ - product_ * (w + permute(w, t_.previous.data()));
+        for (int i = 0; i < 3; ++i) {
+            const P8 part = P8::load(t_.near_weight[i].at(first));
+            for (int k = 0; k < J::kSize; ++k)
+                sum.c[k] = mul_add(part, near_[i].c[k], sum.c[k]);
+        }
+        return sum;
+    }
+
+private:
+    /// 1/(l_j l_(j+1)) for the corners that are far, else 0.
+    HWY_INLINE J far(int j, const double* is_far, J l, J l_next) const {
+        return J::constant(P8::load(is_far)) / (masked(l, j) * masked(l_next, j + 1));
+    }
+    /// 1 for the sides at the corner, which no far weight has.
+    HWY_INLINE J masked(J l, int side) const {
+        const P8 far = P8::load(t_.is_far.at(side));
+        J r = l * far;
+        r.c[0] = r.c[0] + (P8::of(1) - far);
+        return r;
+    }
+
+    const RingTables& t_;
+    J near_[3], rest_, product_;
+};
+
+/// Of ribbons i, one a lane: s_i, h_i, and the blends at corner i, where ribbon i ends and
+/// the next one starts: beta_i and alpha_(i+1) = 1 - beta_i, zero where that is no ribbon.
+template <int kOrder>
+struct Ribbons {
+    LaneJet<P8, kOrder> s, h, beta, next_alpha;
+    HWY_INLINE Ribbons() {}  // an implicit one is not compiled for the instruction set
+};
+
+/// What follows from l and from h, or from a multiple g of h that is the same for all sides.
+/// \param l, first  distances, to side first + m in lane m
+template <int kOrder>
+HWY_INLINE void set_blends(const RingTables& t, int first, LaneJet<P8, kOrder> l,
+                           LaneJet<P8, kOrder> g, Ribbons<kOrder>& r) {
+    using J = LaneJet<P8, kOrder>;
+    const int d = t.degree;
+    P8 two = d == 2 ? P8::of(1) : g.c[0];  // g^(d-2)
+    for (int k = 3; k < d; ++k)
+        two = two * g.c[0];
+    const P8 one = two * g.c[0];
+    Taylor<P8, kOrder> taylor;
+    taylor.c[0] = one * g.c[0];
+    if constexpr (kOrder > 0)
+        taylor.c[1] = one;
+    if constexpr (kOrder > 1)
+        taylor.c[2] = two * P8::of(0.5 * (d - 1));
+    const J own = Inner<P8, kOrder>::of(g, d, d).compose(taylor),
+            other = permute(own, t.next.data()), sum = own + other;
+
+    J around;  // l_(i-1) + l_(i+1)
+    around.c[0] = mul_add(P8::of(t.sum_slope), l.c[0], P8::of(t.sum_value));
+    if constexpr (kOrder > 0) {
+        around.c[1] = P8::of(t.sum_slope) * l.c[1];
+        around.c[2] = P8::of(t.sum_slope) * l.c[2];
+    }
+    // The second division waits for g, and the first does not.
+    const P8 of_around = P8::of(1) / around.c[0], of_sum = P8::of(1) / sum.c[0];
+
+    r.next_alpha = quotient(own, sum, of_sum);
+    r.beta.c[0] = other.c[0] * of_sum;
+    for (int k = 1; k < J::kSize; ++k)
+        r.beta.c[k] = -r.next_alpha.c[k];
+
+    // Second derivatives of l vanish.
+    r.s.c[0] = permute(l.c[0], t.previous.data()) * of_around;
+    if constexpr (kOrder > 0) {
+        const P8 x = P8::load(t.normal_x.at(first - 1)),
+                 y = P8::load(t.normal_y.at(first - 1));
+        r.s.c[1] = -mul_add(around.c[1], r.s.c[0], x) * of_around;
+        r.s.c[2] = -mul_add(around.c[2], r.s.c[0], y) * of_around;
+        if constexpr (kOrder > 1) {
+            const P8 scale = -of_around;
+            r.s.c[3] = around.c[1] * r.s.c[1] * scale;
+            r.s.c[4] = mul_add(around.c[1], r.s.c[2], around.c[2] * r.s.c[1]) * scale;
+            r.s.c[5] = around.c[2] * r.s.c[2] * scale;
+        }
+    }
+}
+
+/// Zero in lanes where the mask is.
+template <int kOrder>
+HWY_INLINE LaneJet<P8, kOrder> where(P8 mask, LaneJet<P8, kOrder> x) {
+    for (int k = 0; k < x.kSize; ++k)
+        x.c[k] = if_at_least(mask, P8::of(1), x.c[k], P8::zero());
+    return x;
+}
+
+/// Of a ring, ribbon m in lane m.
+template <int kOrder>
+HWY_INLINE Ribbons<kOrder> ring_ribbons(const RingTables& t, const DomainPoint& p) {
+    Ribbons<kOrder> r;
+    const int first = t.n - p.sector;
+    const auto l = distances<P8, kOrder>(t, first, p.a, p.b);
+    const RingH<kOrder> ring(t, first, p.a, p.b, l);
+    set_blends<kOrder>(t, first, l, ring.g(), r);
+    r.h = ring.h();
+    return r;
+}
+
+/// Of a window, from the sector of the point on: ribbon first + m in lane m.
+template <int kOrder>
+HWY_INLINE Ribbons<kOrder> window_ribbons(const RingTables& t, const DomainPoint& p,
+                                          const WindowH<kOrder>& h, int first) {
+    Ribbons<kOrder> r;
+    const auto l = distances<P8, kOrder>(t, first, p.a, p.b);
+    r.h = h.h(first, l, distances<P8, kOrder>(t, first + 1, p.a, p.b));
+    set_blends<kOrder>(t, first, l, r.h, r);
+    alignas(64) double is_ribbon[kLanes];
+    for (int m = 0; m < kLanes; ++m)
+        is_ribbon[m] = first + m < t.n ? t.is_ribbon[m] : 0.0;
+    // Whatever the other lanes hold, infinities included.
+    const P8 mask = P8::load(is_ribbon);
+    r.s = where(mask, r.s);
+    r.beta = where(mask, r.beta);
+    r.next_alpha = where(permute(mask, t.next.data()), r.next_alpha);
+    return r;
+}
+
+}  // namespace osdx::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // OSDX_EVAL_RIBBONS_INL_H_
