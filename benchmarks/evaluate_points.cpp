@@ -15,14 +15,18 @@ namespace {
 /// So many that their output and the points of their patches stay in the second cache.
 constexpr std::size_t kPlaces = 8192;
 
-/// Anywhere on any of the faces, in no order.
-std::vector<Place> random_places(std::span<const Index> faces) {
+/// Anywhere on any of the faces, in no order, `run` of them on each at a time.
+std::vector<Place> random_places(std::span<const Index> faces, std::size_t run) {
     std::mt19937 random(1);  // its numbers are the same everywhere
     const auto unit = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
     std::vector<Place> places;
-    for (std::size_t i = 0; i < kPlaces; ++i)
-        places.push_back({faces[random() % std::min<std::size_t>(faces.size(), 1024)],
-                          unit(), unit()});
+    Index face = 0;
+    for (std::size_t i = 0; i < kPlaces; ++i) {
+        if (i % run == 0)
+            face = faces[random() % std::min<std::size_t>(faces.size(), 1024)];
+        const float u = unit();
+        places.push_back({face, u, unit()});
+    }
     return places;
 }
 
@@ -31,13 +35,14 @@ Way all_at_once(const SampleWay& way) {
 }
 
 void measure(Suite& suite, const char* stage, const BenchMesh& mesh,
-             const FloatSurface& surface, std::span<const Index> faces, int isolation,
-             double tolerance) {
+             const FloatSurface& surface, std::span<const Index> faces, std::size_t run,
+             int isolation, double tolerance) {
     constexpr std::size_t kFewest = 32;
     if (faces.size() < kFewest || !suite.wants(stage))
         return;
-    const auto places = random_places(faces);
-    const SampleWay ours = our_points(surface, places);
+    const auto places = random_places(faces, run);
+    const SampleWay ours =
+        run == 1 ? our_points(surface, places) : our_points_by_patch(surface, places);
     auto peers = opensubdiv_points(mesh, places, isolation);
     std::ranges::move(embree_points(mesh, places), std::back_inserter(peers));
     const auto a = evaluate_all(ours, kPlaces);
@@ -58,17 +63,22 @@ void measure(Suite& suite, const char* stage, const BenchMesh& mesh,
 }  // namespace
 
 void evaluate_points_stage(Suite& suite, std::span<const BenchMesh> meshes) {
-    if (!suite.wants_any({"evaluate_point_regular", "evaluate_point_ev5"}))
+    if (!suite.wants_any(
+            {"evaluate_point_regular", "evaluate_point_ev5", "evaluate_many_regular"}))
         return;
+    constexpr std::size_t kRun = 16;  // as many as a pixel takes rays, or a small tile
     for (const BenchMesh& mesh : meshes) {
         if (mesh.n_faces() > kLargestForStencils)
             continue;
         const FloatSurface surface = make_surface(mesh, surface_options(3));
-        measure(suite, "evaluate_point_regular", mesh, surface,
-                regular_faces(surface.surface), kIsolation, 1e-5);
+        const std::vector<Index> regular = regular_faces(surface.surface);
+        measure(suite, "evaluate_point_regular", mesh, surface, regular, 1, kIsolation,
+                1e-5);
+        measure(suite, "evaluate_many_regular", mesh, surface, regular, kRun, kIsolation,
+                1e-5);
         // One Gregory patch over each face follows the limit in its own way.
         measure(suite, "evaluate_point_ev5", mesh, surface, ev_faces(surface.surface, 5),
-                0, 0.03);
+                1, 0, 0.03);
     }
 }
 

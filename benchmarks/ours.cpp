@@ -6,6 +6,7 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <stdexcept>
 
@@ -172,17 +173,47 @@ std::vector<Place> class_places(const Surface& surface, Index patch_class) {
     return places;
 }
 
-SampleWay our_points(const FloatSurface& surface, std::span<const Place> places) {
+namespace {
+
+std::vector<PatchPoint> located(const Surface& surface, std::span<const Place> places) {
     std::vector<PatchPoint> found;
     for (const Place& p : places)
-        found.push_back(surface.surface.patches().locate(Address{p.face, p.u, p.v}));
-    const auto evaluate = [&surface, found](std::size_t first, std::size_t last,
-                                            float* out) {
+        found.push_back(surface.patches().locate(Address{p.face, p.u, p.v}));
+    return found;
+}
+
+}  // namespace
+
+SampleWay our_points(const FloatSurface& surface, std::span<const Place> places) {
+    const auto evaluate = [&surface, found = located(surface.surface, places)](
+                              std::size_t first, std::size_t last, float* out) {
         const std::span<const Vec3<float>> points(surface.points);
         for (std::size_t i = first; i < last; ++i, out += 9)
             write(surface.surface.evaluator().evaluate<float, 1>(points, found[i]), out);
     };
     return {kOurs, "Evaluator", 9, evaluate, {}, surface.bytes};
+}
+
+SampleWay our_points_by_patch(const FloatSurface& surface,
+                              std::span<const Place> places) {
+    const auto evaluate = [&surface, found = located(surface.surface, places)](
+                              std::size_t first, std::size_t last, float* out) {
+        constexpr std::size_t kMost = 64;
+        const std::span<const Vec3<float>> points(surface.points);
+        std::array<SurfaceJet<float>, kMost> jets;
+        for (std::size_t i = first; i < last;) {
+            std::size_t n = 1;
+            while (n < kMost && i + n < last && found[i + n].patch == found[i].patch)
+                ++n;
+            surface.surface.evaluator().evaluate_many<float, 1>(
+                points, std::span(found).subspan(i, n), Chart::BaseUV,
+                std::span(jets).first(n));
+            for (std::size_t k = 0; k < n; ++k, out += 9)
+                write(jets[k], out);
+            i += n;
+        }
+    };
+    return {kOurs, "Evaluator, by patch", 9, evaluate, {}, surface.bytes};
 }
 
 }  // namespace osdx::bench

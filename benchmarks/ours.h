@@ -68,5 +68,7 @@ std::vector<Place> class_places(const Surface& surface, Index patch_class);
 
 /// Points one by one, where patch and place in it are known.
 SampleWay our_points(const FloatSurface& surface, std::span<const Place> places);
+/// Points of a patch that follow one another at once.
+SampleWay our_points_by_patch(const FloatSurface& surface, std::span<const Place> places);
 
 }  // namespace osdx::bench

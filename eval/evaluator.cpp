@@ -193,6 +193,48 @@ SurfaceJet<T> Evaluator::evaluate(std::span<const Vec3<T>> points,
     return jet;
 }
 
+template <class T, int Order>
+void Evaluator::evaluate_many(std::span<const Vec3<T>> points,
+                              std::span<const PatchPoint> where, Chart chart,
+                              std::span<SurfaceJet<T>> out) const noexcept {
+    assert(out.size() == where.size());
+    if (where.empty())
+        return;
+    const PatchRef patch = table_->patch(where[0].patch);
+    const PatchBasis& basis = bases_[patch.patch_class];
+    constexpr std::size_t kMost = detail::kLanes;
+    if (basis.patch_class().kind != PatchKind::Regular || where.size() < kMost / 2) {
+        for (std::size_t i = 0; i < where.size(); ++i)
+            out[i] = evaluate<T, Order>(points, where[i], chart);
+        return;
+    }
+    double net[3 * (kMaxDegree + 1) * (kMaxDegree + 1)];
+    double* next = net;
+    for (const Index i : patch.points) {
+        const Vec3<double> p(points[i]);
+        next = std::copy_n(&p.x, 3, next);
+    }
+    for (std::size_t first = 0; first < where.size(); first += kMost) {
+        const std::size_t n = std::min(kMost, where.size() - first);
+        double a[kMost] = {}, b[kMost] = {};
+        for (std::size_t i = 0; i < n; ++i) {
+            assert(where[first + i].patch == where[0].patch);
+            a[i] = where[first + i].a;
+            b[i] = where[first + i].b;
+        }
+        detail::PointJets jets;
+        basis.sum_many({net, next}, a, b, Order, jets);
+        for (std::size_t i = 0; i < n; ++i) {
+            std::array<Vec3<double>, n_derivatives(Order)> d;
+            for (int r = 0; r < n_derivatives(Order); ++r)
+                d[r] = {jets.value[r][0][i], jets.value[r][1][i], jets.value[r][2][i]};
+            if (chart == Chart::BaseUV)
+                to_base_uv<Order>(where[first + i], d);
+            fill<Order>(out[first + i], [&](int r) { return Vec3<T>(d[r]); });
+        }
+    }
+}
+
 template <class T>
 void Evaluator::evaluate_channels(std::span<const T> values, int n_channels,
                                   const PatchPoint& where, int order, Chart chart,
@@ -236,6 +278,15 @@ void Evaluator::weights(const PatchPoint& where, int order, Chart chart,
         std::span<const Vec3<T>>, const PatchPoint&, Chart) const noexcept;   \
     template SurfaceJet<T> Evaluator::evaluate<T, 2>(                         \
         std::span<const Vec3<T>>, const PatchPoint&, Chart) const noexcept;   \
+    template void Evaluator::evaluate_many<T, 0>(                             \
+        std::span<const Vec3<T>>, std::span<const PatchPoint>, Chart,         \
+        std::span<SurfaceJet<T>>) const noexcept;                             \
+    template void Evaluator::evaluate_many<T, 1>(                             \
+        std::span<const Vec3<T>>, std::span<const PatchPoint>, Chart,         \
+        std::span<SurfaceJet<T>>) const noexcept;                             \
+    template void Evaluator::evaluate_many<T, 2>(                             \
+        std::span<const Vec3<T>>, std::span<const PatchPoint>, Chart,         \
+        std::span<SurfaceJet<T>>) const noexcept;                             \
     template void Evaluator::evaluate_channels<T>(                            \
         std::span<const T>, int, const PatchPoint&, int, Chart, std::span<T>) \
         const noexcept;

@@ -54,6 +54,13 @@ public:
         return evaluate<T, Order>(points, table_->locate(where), chart);
     }
 
+    /// The same at several places of one patch, up to rounding: control points are read once,
+    /// and regular patches evaluate some places at a time.
+    /// \pre all of `where` name the same patch; out.size() == where.size()
+    template <class T, int Order = 2>
+    void evaluate_many(std::span<const Vec3<T>> points, std::span<const PatchPoint> where,
+                       Chart chart, std::span<SurfaceJet<T>> out) const noexcept;
+
     /// The same for values with any number of channels, stored one point after the other:
     /// derivative r of channel c is out[r * n_channels + c].
     /// \param order  0, 1 or 2

@@ -607,21 +607,36 @@ void GridEvaluator<T>::Plan::evaluate_single(std::span<const Vec3<T>> points,
                                              const grid::Target<T>& target) const {
     const Shape& shape = shapes[tile.shape];
     const Chart c = chart(table().classes()[shape.patch_class]);
-    for (int j = 0; j < shape.ny; ++j) {
-        for (int i = 0; i < shape.nx; ++i) {
-            PatchPoint where = place(shape, tile.patch, i, j);
+    // Some samples at a time, row by row.
+    constexpr int kMost = 32;
+    std::array<PatchPoint, kMost> where;
+    std::array<SurfaceJet<T>, kMost> jets;
+    const int n_samples = shape.nx * shape.ny;
+    for (int first = 0; first < n_samples; first += kMost) {
+        const auto n = static_cast<std::size_t>(std::min(kMost, n_samples - first));
+        for (std::size_t k = 0; k < n; ++k) {
+            const int s = first + static_cast<int>(k);
+            where[k] = place(shape, tile.patch, s % shape.nx, s / shape.nx);
             if (domain_points.empty())
-                where.sector = tile.sector;
-            const SurfaceJet<T> jet =
-                options.order == 0   ? evaluator->evaluate<T, 0>(points, where, c)
-                : options.order == 1 ? evaluator->evaluate<T, 1>(points, where, c)
-                                     : evaluator->evaluate<T, 2>(points, where, c);
+                where[k].sector = tile.sector;
+        }
+        const std::span<const PatchPoint> at(where.data(), n);
+        const std::span<SurfaceJet<T>> out(jets.data(), n);
+        if (options.order == 0)
+            evaluator->evaluate_many<T, 0>(points, at, c, out);
+        else if (options.order == 1)
+            evaluator->evaluate_many<T, 1>(points, at, c, out);
+        else
+            evaluator->evaluate_many<T, 2>(points, at, c, out);
+        for (std::size_t k = 0; k < n; ++k) {
+            const int s = first + static_cast<int>(k);
+            const SurfaceJet<T>& jet = jets[k];
             const Vec3<T> values[] = {jet.p, jet.du, jet.dv, jet.duu, jet.duv, jet.dvv};
             for (int r = 0; r < n_values(); ++r) {
-                T* to = target.data[r] + j * target.row_stride[r] +
-                        (tile.first_sample + i) * target.sample_stride[r];
-                for (int k = 0; k < 3; ++k)
-                    to[k * target.channel_stride[r]] = values[r][k];
+                T* to = target.data[r] + s / shape.nx * target.row_stride[r] +
+                        (tile.first_sample + s % shape.nx) * target.sample_stride[r];
+                for (int q = 0; q < 3; ++q)
+                    to[q * target.channel_stride[r]] = values[r][q];
             }
         }
     }

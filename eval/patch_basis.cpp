@@ -354,6 +354,13 @@ template bool PatchBasis::sum<double>(const DomainPoint&, Chart, int, detail::Ch
                                       const detail::PointSum<double>&,
                                       detail::PointJet&) const noexcept;
 
+void PatchBasis::sum_many(std::span<const double> net, const double* a, const double* b,
+                          int order, detail::PointJets& out) const noexcept {
+    assert(taylor_ && net.size() == 3 * std::size_t(class_.n_points()));
+    std::get<detail::PointKernels<double>>(kernels_).regular_points(
+        *taylor_, d_, net.data(), a, b, order, out);
+}
+
 PatchBasis::SideParameters PatchBasis::side_parameters(const DomainPoint& p) const {
     const Place<0> at = place<0>(p);
     const PolygonPoint<0> domain(polygon_, p.sector, at.a, at.b, Chart::Native, true);

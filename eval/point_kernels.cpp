@@ -19,6 +19,7 @@ namespace osdx::HWY_NAMESPACE {
 using detail::ChartMap;
 using detail::ChartTurn;
 using detail::PointJet;
+using detail::PointJets;
 using detail::PointSum;
 using detail::TaylorRows;
 
@@ -171,6 +172,80 @@ void regular_of_any(const TaylorRows& taylor, int degree, double s, double t, in
     }
 }
 
+/// The basis at kLanes places at once.
+template <int kDegree, int kOrder>
+HWY_INLINE void uniform_bases(const TaylorRows& taylor, int degree, P8 u,
+                              P8 (*out)[kMaxDegree + 1]) {
+    const int d = kDegree > 0 ? kDegree : degree;
+    const P8 v = u - P8::of(0.5);
+    for (int j = 0; j <= d; ++j) {
+        const double* row = taylor.rows.data() + d * taylor.stride + j;
+        P8 c0 = P8::of(*row), c1 = P8::zero(), c2 = P8::zero();
+        for (int r = d - 1; r >= 0; --r) {
+            row -= taylor.stride;
+            if constexpr (kOrder > 1)
+                c2 = mul_add(c2, v, c1);
+            if constexpr (kOrder > 0)
+                c1 = mul_add(c1, v, c0);
+            c0 = mul_add(c0, v, P8::of(*row));
+        }
+        out[0][j] = c0;
+        if constexpr (kOrder > 0)
+            out[1][j] = c1;
+        if constexpr (kOrder > 1)
+            out[2][j] = c2 + c2;
+    }
+}
+
+template <int kDegree, int kOrder>
+void regular_points(const TaylorRows& taylor, int degree, const double* net,
+                    const double* s, const double* t, PointJets& out) {
+    const int d = kDegree > 0 ? kDegree : degree;
+    P8 along_s[kOrder + 1][kMaxDegree + 1], along_t[kOrder + 1][kMaxDegree + 1];
+    uniform_bases<kDegree, kOrder>(taylor, degree, P8::load(s), along_s);
+    uniform_bases<kDegree, kOrder>(taylor, degree, P8::load(t), along_t);
+    for (int c = 0; c < 3; ++c, ++net) {
+        auto jet = LaneJet<P8, kOrder>::zero();
+        const double* p = net;
+        for (int k = 0; k <= d; ++k) {
+            P8 row[kOrder + 1];
+            for (int r = 0; r <= kOrder; ++r)
+                row[r] = P8::zero();
+            for (int j = 0; j <= d; ++j, p += 3) {
+                for (int r = 0; r <= kOrder; ++r)
+                    row[r] = mul_add(along_s[r][j], P8::of(*p), row[r]);
+            }
+            for (int m = 0, r = 0; m <= kOrder; ++m) {
+                for (int y = 0; y <= m; ++y, ++r)
+                    jet.c[r] = mul_add(along_t[y][k], row[m - y], jet.c[r]);
+            }
+        }
+        for (int r = 0; r < jet.kSize; ++r)
+            jet.c[r].store(out.value[r][c]);
+    }
+}
+
+template <int kDegree>
+void regular_points_of_order(const TaylorRows& taylor, int degree, const double* net,
+                             const double* s, const double* t, int order,
+                             PointJets& out) {
+    switch (order) {
+        case 0:
+            return regular_points<kDegree, 0>(taylor, degree, net, s, t, out);
+        case 1:
+            return regular_points<kDegree, 1>(taylor, degree, net, s, t, out);
+        default:
+            return regular_points<kDegree, 2>(taylor, degree, net, s, t, out);
+    }
+}
+
+void regular_points_of_any(const TaylorRows& taylor, int degree, const double* net,
+                           const double* s, const double* t, int order, PointJets& out) {
+    if (degree == 3)
+        return regular_points_of_order<3>(taylor, degree, net, s, t, order, out);
+    regular_points_of_order<0>(taylor, degree, net, s, t, order, out);
+}
+
 // ------------------------------------------------------------------ patches of n sides
 
 /// Where ribbons fill a wide register a sum takes one, too, half of it in vain: while there are
@@ -304,6 +379,7 @@ void polygon_sum_of_order(const RingTables& t, PatchKind kind, const DomainPoint
 template <class T>
 void set_kernels(detail::PointKernels<T>& kernels) {
     kernels.regular = &regular_of_any<T>;
+    kernels.regular_points = &regular_points_of_any;
     kernels.polygon = nullptr;
     if constexpr (kHasPolygons)
         kernels.polygon = &polygon_sum_of_order<T>;

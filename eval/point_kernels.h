@@ -36,6 +36,11 @@ struct PointJet {
     double value[6][4];
 };
 
+/// The same of three channels at several points.
+struct PointJets {
+    double value[6][3][kLanes];
+};
+
 /// The kernels for the instruction set of this machine, for points in float or double.
 /// Weights and sums are formed in double.
 template <class T>
@@ -45,6 +50,13 @@ struct PointKernels {
     /// At (s, t) of [0,1]^2, which are the variables, with derivatives up to an order of 0 to 2.
     void (*regular)(const TaylorRows& taylor, int degree, double s, double t, int order,
                     ChartTurn turn, const PointSum<T>& sum, PointJet& out);
+
+    /// kLanes points of a regular patch at once.
+    /// \param net  x, y, z of the control points
+    /// \param s, t  kLanes each
+    /// \param out  value[r][c][i]: derivative r of channel c at point i, in (s, t)
+    void (*regular_points)(const TaylorRows& taylor, int degree, const double* net,
+                           const double* s, const double* t, int order, PointJets& out);
 
     /// EV and EF patches inside. The variables are those of RingTables. Null where the
     /// machine's registers are too narrow.

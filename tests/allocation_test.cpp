@@ -5,6 +5,7 @@
 
 #include <tbb/global_control.h>
 
+#include <array>
 #include <atomic>
 #include <cstdlib>
 #include <functional>
@@ -74,6 +75,11 @@ TEST(Queries, DoNotAllocate) {
                 const PatchPoint p = s->patches().locate(at);
                 sum += s->evaluate(at).p.x + s->evaluate(at, Chart::Native).du.x;
                 sum += e.evaluate<float>(std::span<const Vec3<float>>(floats), at).p.x;
+                std::array<PatchPoint, 9> places;
+                places.fill(p);
+                std::array<SurfaceJet<double>, 9> jets;
+                e.evaluate_many<double>(s->points(), places, Chart::BaseUV, jets);
+                sum += jets[8].p.x;
                 e.evaluate_channels<double>(channels, 5, p, 2, Chart::BaseUV, out);
                 const auto n =
                     static_cast<std::size_t>(s->patches().class_of(p.patch).n_points());

@@ -193,6 +193,52 @@ TEST(Evaluator, FloatMatchesDouble) {
     }
 }
 
+/// Both ways round in double, by 64 roundings of the sum of absolute terms: 3 (d + 1) or so
+/// along each axis. In float the result is rounded once more.
+template <class T>
+void expect_many_as_one(const Surface& s, int n) {
+    const Evaluator& e = s.evaluator();
+    const std::vector<Vec3<T>> points(s.points().begin(), s.points().end());
+    const double size = max_norm(s.points());
+    std::mt19937 random(1);
+    for (const auto& q : places(s)) {
+        std::vector<PatchPoint> where(n, s.patches().locate(q));
+        for (PatchPoint& p : where) {
+            p.a = 0.05 + 0.9 * double(random()) / 4294967296.0;
+            p.b = 0.05 + 0.9 * double(random()) / 4294967296.0;
+        }
+        for (const Chart chart : {Chart::BaseUV, Chart::Native}) {
+            std::vector<SurfaceJet<T>> jets(n);
+            e.evaluate_many<T>(points, where, chart, jets);
+            for (int i = 0; i < n; ++i) {
+                const auto one = e.evaluate<T>(points, where[i], chart);
+                const auto w = weights(e, where[i], 2, chart);
+                for (int r = 0; r < 6; ++r) {
+                    double sum = 0;
+                    for (std::size_t k = 0; k < w.size() / 6; ++k)
+                        sum += std::abs(w[r * (w.size() / 6) + k]);
+                    const Vec3<T> x = derivative(jets[i], r), y = derivative(one, r);
+                    for (int c = 0; c < 3; ++c)
+                        ASSERT_NEAR(
+                            x[c], y[c],
+                            64 * std::numeric_limits<double>::epsilon() * sum * size +
+                                std::numeric_limits<T>::epsilon() * std::abs(y[c]))
+                            << "point " << i << " of " << n << ", derivative " << r;
+                }
+            }
+        }
+    }
+}
+TEST(Evaluator, ManyPointsOfAPatchAreAsOne) {
+    for (const auto& [name, mesh, s] : surfaces()) {
+        for (const int n : {0, 1, 4, 8, 21}) {
+            SCOPED_TRACE(name);
+            expect_many_as_one<float>(s, n);
+            expect_many_as_one<double>(s, n);
+        }
+    }
+}
+
 // ------------------------------------------------------------------------ channels, weights
 
 /// Values of any number of channels at all points.
