@@ -41,21 +41,23 @@ void to_base_uv(const PatchPoint& where,
     }
 }
 
+/// From the variables of a patch to (u, v), which run along a b, b -a, -a -b, -b a.
+detail::ChartTurn turn_of(const PatchPoint& where, Chart chart) noexcept {
+    constexpr double kCos[4] = {1, 0, -1, 0}, kSin[4] = {0, 1, 0, -1};
+    if (chart == Chart::Native)
+        return {};
+    const int k = where.quarter_turns & 3;
+    return {where.scale * kCos[k], where.scale * kSin[k]};
+}
+
 /// By the fast kernels, if there is one for the place: up to four channels.
 template <class T>
 inline bool fast(const PatchBasis& basis, std::span<const Index> points,
                  std::span<const T> values, int n_channels, const PatchPoint& where,
                  int order, Chart chart, detail::PointJet& out) noexcept {
-    // (u, v) run along a b, b -a, -a -b, -b a.
-    constexpr double kCos[4] = {1, 0, -1, 0}, kSin[4] = {0, 1, 0, -1};
-    detail::ChartTurn turn;
-    if (chart == Chart::BaseUV) {
-        const int k = where.quarter_turns & 3;
-        turn = {where.scale * kCos[k], where.scale * kSin[k]};
-    }
     return basis.sum<T>({static_cast<int>(where.sector), where.a, where.b}, chart, order,
-                        turn, {values.data(), values.size(), n_channels, points.data()},
-                        out);
+                        turn_of(where, chart),
+                        {values.data(), values.size(), n_channels, points.data()}, out);
 }
 
 /// Derivatives of N values at a time: N jets are summed over the weights, then divided.
@@ -216,21 +218,23 @@ void Evaluator::evaluate_many(std::span<const Vec3<T>> points,
     }
     for (std::size_t first = 0; first < where.size(); first += kMost) {
         const std::size_t n = std::min(kMost, where.size() - first);
-        double a[kMost] = {}, b[kMost] = {};
+        detail::RegularPlaces at{};
         for (std::size_t i = 0; i < n; ++i) {
-            assert(where[first + i].patch == where[0].patch);
-            a[i] = where[first + i].a;
-            b[i] = where[first + i].b;
+            const PatchPoint& p = where[first + i];
+            assert(p.patch == where[0].patch);
+            const detail::ChartTurn turn = turn_of(p, chart);
+            at.s[i] = p.a;
+            at.t[i] = p.b;
+            at.cos[i] = turn.cos;
+            at.sin[i] = turn.sin;
         }
         detail::PointJets jets;
-        basis.sum_many({net, next}, a, b, Order, jets);
+        basis.sum_many({net, next}, at, Order, jets);
         for (std::size_t i = 0; i < n; ++i) {
-            std::array<Vec3<double>, n_derivatives(Order)> d;
-            for (int r = 0; r < n_derivatives(Order); ++r)
-                d[r] = {jets.value[r][0][i], jets.value[r][1][i], jets.value[r][2][i]};
-            if (chart == Chart::BaseUV)
-                to_base_uv<Order>(where[first + i], d);
-            fill<Order>(out[first + i], [&](int r) { return Vec3<T>(d[r]); });
+            fill<Order>(out[first + i], [&](int r) {
+                const auto& v = jets.value[r];
+                return Vec3<T>(Vec3<double>(v[0][i], v[1][i], v[2][i]));
+            });
         }
     }
 }

@@ -354,11 +354,11 @@ template bool PatchBasis::sum<double>(const DomainPoint&, Chart, int, detail::Ch
                                       const detail::PointSum<double>&,
                                       detail::PointJet&) const noexcept;
 
-void PatchBasis::sum_many(std::span<const double> net, const double* a, const double* b,
+void PatchBasis::sum_many(std::span<const double> net, const detail::RegularPlaces& at,
                           int order, detail::PointJets& out) const noexcept {
     assert(taylor_ && net.size() == 3 * std::size_t(class_.n_points()));
     std::get<detail::PointKernels<double>>(kernels_).regular_points(
-        *taylor_, d_, net.data(), a, b, order, out);
+        *taylor_, d_, net.data(), at, order, out);
 }
 
 PatchBasis::SideParameters PatchBasis::side_parameters(const DomainPoint& p) const {

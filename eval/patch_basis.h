@@ -105,11 +105,11 @@ public:
     bool sum(const DomainPoint& p, Chart chart, int order, detail::ChartTurn turn,
              const detail::PointSum<T>& what, detail::PointJet& out) const noexcept;
 
-    /// Regular patches alone: the same at kLanes points (a, b) at once, of three channels.
-    /// \param net  of the control points
+    /// The same at some places at once, of three channels.
+    /// \param net  x, y, z of the control points
     /// \pre the class is regular
-    void sum_many(std::span<const double> net, const double* a, const double* b,
-                  int order, detail::PointJets& out) const noexcept;
+    void sum_many(std::span<const double> net, const detail::RegularPlaces& at, int order,
+                  detail::PointJets& out) const noexcept;
 
 private:
     template <int Order>

@@ -21,6 +21,7 @@ using detail::ChartTurn;
 using detail::PointJet;
 using detail::PointJets;
 using detail::PointSum;
+using detail::RegularPlaces;
 using detail::TaylorRows;
 
 using Quad = Pack<4>;
@@ -197,13 +198,32 @@ HWY_INLINE void uniform_bases(const TaylorRows& taylor, int degree, P8 u,
     }
 }
 
+/// From derivatives in (s, t) to those in variables that are turned against them.
+template <int kOrder>
+HWY_INLINE LaneJet<P8, kOrder> turned(P8 cos, P8 sin, LaneJet<P8, kOrder> jet) {
+    LaneJet<P8, kOrder> r = jet;
+    if constexpr (kOrder > 0) {
+        r.c[1] = mul_add(cos, jet.c[1], sin * jet.c[2]);
+        r.c[2] = mul_sub(cos, jet.c[2], sin * jet.c[1]);
+    }
+    if constexpr (kOrder > 1) {
+        const P8 cc = cos * cos, ss = sin * sin, cs = cos * sin,
+                 twice = (cs + cs) * jet.c[4];
+        r.c[3] = mul_add(cc, jet.c[3], mul_add(ss, jet.c[5], twice));
+        r.c[4] = mul_add(cc - ss, jet.c[4], cs * (jet.c[5] - jet.c[3]));
+        r.c[5] = mul_add(ss, jet.c[3], mul_sub(cc, jet.c[5], twice));
+    }
+    return r;
+}
+
 template <int kDegree, int kOrder>
 void regular_points(const TaylorRows& taylor, int degree, const double* net,
-                    const double* s, const double* t, PointJets& out) {
+                    const RegularPlaces& at, PointJets& out) {
     const int d = kDegree > 0 ? kDegree : degree;
     P8 along_s[kOrder + 1][kMaxDegree + 1], along_t[kOrder + 1][kMaxDegree + 1];
-    uniform_bases<kDegree, kOrder>(taylor, degree, P8::load(s), along_s);
-    uniform_bases<kDegree, kOrder>(taylor, degree, P8::load(t), along_t);
+    uniform_bases<kDegree, kOrder>(taylor, degree, P8::load(at.s), along_s);
+    uniform_bases<kDegree, kOrder>(taylor, degree, P8::load(at.t), along_t);
+    const P8 cos = P8::load(at.cos), sin = P8::load(at.sin);
     for (int c = 0; c < 3; ++c, ++net) {
         auto jet = LaneJet<P8, kOrder>::zero();
         const double* p = net;
@@ -220,6 +240,7 @@ void regular_points(const TaylorRows& taylor, int degree, const double* net,
                     jet.c[r] = mul_add(along_t[y][k], row[m - y], jet.c[r]);
             }
         }
+        jet = turned<kOrder>(cos, sin, jet);
         for (int r = 0; r < jet.kSize; ++r)
             jet.c[r].store(out.value[r][c]);
     }
@@ -227,23 +248,22 @@ void regular_points(const TaylorRows& taylor, int degree, const double* net,
 
 template <int kDegree>
 void regular_points_of_order(const TaylorRows& taylor, int degree, const double* net,
-                             const double* s, const double* t, int order,
-                             PointJets& out) {
+                             const RegularPlaces& at, int order, PointJets& out) {
     switch (order) {
         case 0:
-            return regular_points<kDegree, 0>(taylor, degree, net, s, t, out);
+            return regular_points<kDegree, 0>(taylor, degree, net, at, out);
         case 1:
-            return regular_points<kDegree, 1>(taylor, degree, net, s, t, out);
+            return regular_points<kDegree, 1>(taylor, degree, net, at, out);
         default:
-            return regular_points<kDegree, 2>(taylor, degree, net, s, t, out);
+            return regular_points<kDegree, 2>(taylor, degree, net, at, out);
     }
 }
 
 void regular_points_of_any(const TaylorRows& taylor, int degree, const double* net,
-                           const double* s, const double* t, int order, PointJets& out) {
+                           const RegularPlaces& at, int order, PointJets& out) {
     if (degree == 3)
-        return regular_points_of_order<3>(taylor, degree, net, s, t, order, out);
-    regular_points_of_order<0>(taylor, degree, net, s, t, order, out);
+        return regular_points_of_order<3>(taylor, degree, net, at, order, out);
+    regular_points_of_order<0>(taylor, degree, net, at, order, out);
 }
 
 // ------------------------------------------------------------------ patches of n sides

@@ -36,7 +36,11 @@ struct PointJet {
     double value[6][4];
 };
 
-/// The same of three channels at several points.
+/// kLanes places in [0,1]^2, and for each how the variables of its derivatives are turned.
+struct RegularPlaces {
+    double s[kLanes], t[kLanes], cos[kLanes], sin[kLanes];
+};
+/// value[r][c][i]: derivative r of channel c at place i.
 struct PointJets {
     double value[6][3][kLanes];
 };
@@ -51,12 +55,10 @@ struct PointKernels {
     void (*regular)(const TaylorRows& taylor, int degree, double s, double t, int order,
                     ChartTurn turn, const PointSum<T>& sum, PointJet& out);
 
-    /// kLanes points of a regular patch at once.
+    /// The same at some places at once.
     /// \param net  x, y, z of the control points
-    /// \param s, t  kLanes each
-    /// \param out  value[r][c][i]: derivative r of channel c at point i, in (s, t)
     void (*regular_points)(const TaylorRows& taylor, int degree, const double* net,
-                           const double* s, const double* t, int order, PointJets& out);
+                           const RegularPlaces& at, int order, PointJets& out);
 
     /// EV and EF patches inside. The variables are those of RingTables. Null where the
     /// machine's registers are too narrow.
