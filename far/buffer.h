@@ -3,8 +3,7 @@
 
 #pragma once
 
-#include <cstddef>
-#include <limits>
+#include <memory>
 #include <new>
 #include <utility>
 #include <vector>
@@ -12,31 +11,14 @@
 namespace osdx {
 namespace detail {
 
-/// From some megabytes on in pages of that size where the system has them: the first touch of a
-/// large array costs more than what is written to it, and a large page a third of small ones.
-/// \param bytes  > 0
-/// \throws std::bad_alloc
-void* allocate_buffer(std::size_t bytes);
-/// \param bytes  as it was allocated
-void free_buffer(void* p, std::size_t bytes) noexcept;
-
 /// Leaves numbers without a value as they are, so that no thread writes zeros to what all of
 /// them fill.
 template <class T>
-struct BufferAllocator {
-    using value_type = T;
-
-    BufferAllocator() noexcept = default;
+struct BufferAllocator : std::allocator<T> {
     template <class U>
-    BufferAllocator(const BufferAllocator<U>&) noexcept {}
-
-    T* allocate(std::size_t n) {
-        if (n > std::numeric_limits<std::size_t>::max() / sizeof(T))
-            throw std::bad_array_new_length();
-        return static_cast<T*>(allocate_buffer(n * sizeof(T)));
-    }
-    void deallocate(T* p, std::size_t n) noexcept { free_buffer(p, n * sizeof(T)); }
-
+    struct rebind {
+        using other = BufferAllocator<U>;
+    };
     template <class U>
     void construct(U* p) noexcept {
         ::new (static_cast<void*>(p)) U;
@@ -45,17 +27,17 @@ struct BufferAllocator {
     void construct(U* p, Args&&... args) {
         ::new (static_cast<void*>(p)) U(std::forward<Args>(args)...);
     }
-    template <class U>
-    bool operator==(const BufferAllocator<U>&) const noexcept {
-        return true;
-    }
 };
 
 }  // namespace detail
 
 /// An array that may be large: what Buffer<T>(n) and resize(n) add has no value until it is
-/// written to, and memory comes in large pages where the system has them. T is a number or a
-/// structure of numbers.
+/// written to. T is a number or a structure of numbers.
+///
+/// Of large arrays the first touch of their pages costs more than what is written to them.
+/// Where memory is plenty the C library takes large pages for it (glibc.malloc.hugetlb=1 in
+/// GLIBC_TUNABLES), at a third of the price; in virtual machines that give free memory back they
+/// may cost several times as much instead, so that this is left to the user.
 template <class T>
 using Buffer = std::vector<T, detail::BufferAllocator<T>>;
 
