@@ -5,12 +5,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <numeric>
 #include <utility>
 
 namespace osdx {
 namespace {
+
+using detail::BufferAllocator;
 
 TEST(Buffer, KeepsItsValuesWhereItGrows) {
     Buffer<std::uint32_t> grown;
@@ -22,6 +26,15 @@ TEST(Buffer, KeepsItsValuesWhereItGrows) {
     EXPECT_TRUE(grown == expected);
     const Buffer<std::uint32_t> moved = std::move(grown);
     EXPECT_TRUE(moved == expected);
+}
+
+/// The bytes of an element that comes without a value.
+TEST(Buffer, WritesNothingThatIsNotGiven) {
+    alignas(double) unsigned char bytes[sizeof(double)];
+    std::memset(bytes, 0x55, sizeof bytes);
+    BufferAllocator<double>().construct(reinterpret_cast<double*>(bytes));
+    EXPECT_TRUE(
+        std::ranges::all_of(bytes, [](unsigned char byte) { return byte == 0x55; }));
 }
 
 TEST(Buffer, FillsWithAValueThatIsGiven) {
