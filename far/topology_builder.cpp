@@ -2,11 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <fmt/format.h>
+#include <tbb/enumerable_thread_specific.h>
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cmath>
+#include <compare>
+#include <cstdint>
 #include <numeric>
+#include <ranges>
 #include <span>
 #include <utility>
 #include <vector>
@@ -90,81 +95,96 @@ void add_up(std::span<Index> numbers) {
         });
 }
 
-/// Copies the faces and finds the twins of their halfedges.
-///
-/// Halfedges are sorted by the lower one of their vertices, first into blocks of vertices, each
-/// chunk of faces into places of its own, then each block for itself: no thread waits for
-/// another, and what a block reads fits into the cache.
-class Linker {
+/// Halfedges by the two vertices of their edges, with open addressing: the first one of an edge
+/// waits here for the second one.
+class EdgeTable {
 public:
-    Linker(const MeshData& data, Topology& topology) : data_(data), t_(topology) {
-        // Not above some number, for there are that many counters of each chunk and block.
-        const std::size_t n_faces = data.face_sizes.size();
-        chunk_ = std::max(n_faces / 256, detail::kSmallChunk);
-        const std::size_t n_vertices = data.positions.size();
-        while (n_vertices >> shift_ > 256)
-            ++shift_;
-        n_blocks_ = detail::n_chunks(n_vertices, std::size_t(1) << shift_);
+    /// Empty again, with room for so many halfedges.
+    void reset(std::size_t n) {
+        // Mostly empty, so that hardly ever two edges ask for the same slot.
+        const std::size_t n_slots = std::bit_ceil(8 * n);
+        shift_ = 64 - std::countr_zero(n_slots);
+        slots_.assign(n_slots, kInvalidIndex);
     }
 
-    Status copy_faces() {
-        number_halfedges();
-        const Index n_vertices = static_cast<Index>(data_.positions.size());
-        for (auto* array : {&t_.vertex, &t_.face, &t_.twin})
-            array->resize(data_.face_vertices.size());
-        t_.vertex_halfedge = detail::filled(n_vertices, kInvalidIndex);
-        places_.resize(detail::n_chunks(t_.n_faces(), chunk_) * n_blocks_);
-        std::atomic<Index> first_bad = kInvalidIndex;
-        detail::for_each_chunk(
-            t_.n_faces(), chunk_,
-            [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-                std::size_t* const counts = &places_[chunk * n_blocks_];
-                for (auto f = static_cast<Index>(begin); f < end; ++f) {
-                    const std::span<const Index> v = vertices(f);
-                    if (!is_sound(v, n_vertices)) {
-                        detail::lower(first_bad, f);
-                        return;
-                    }
-                    Index h = t_.face_offsets[f], before = v.back();
-                    for (const Index vertex : v) {
-                        t_.vertex[h] = vertex;
-                        t_.face[h] = f;
-                        ++counts[std::min(before, vertex) >> shift_];
-                        before = vertex;
-                        // Any one will do.
-                        std::atomic_ref(t_.vertex_halfedge[vertex])
-                            .store(h++, std::memory_order_relaxed);
-                    }
-                }
-            });
-        return first_bad == kInvalidIndex
-                   ? ok()
-                   : check_face(data_, first_bad, vertices(first_bad));
-    }
-
-    /// An edge has at most two faces, which run along it in opposite directions.
-    /// \pre copy_faces() was ok
-    Status link_twins() {
-        const std::vector<std::size_t> blocks = sort_into_blocks();
-        std::vector<std::pair<Index, Index>> bad(n_blocks_, kNoEdge);
-        detail::for_each_chunk(
-            n_blocks_, 1, [&](std::size_t block, std::size_t, std::size_t) {
-                bad[block] = link_block(block, blocks[block], blocks[block + 1]);
-            });
-        const auto first = std::ranges::min(bad);
-        return first == kNoEdge ? ok() : refuse_edge(first);
+    /// Writes the twins of a halfedge and of the one that it meets, if there is one.
+    /// \return false for the third halfedge of an edge, and for one that runs as the first does
+    template <bool kQuadsOnly>
+    bool add(Index h, Topology& t) {
+        const auto end_of = [&t](Index g) {
+            return t.vertex[kQuadsOnly ? (g & ~Index(3)) | ((g + 1) & 3) : t.next(g)];
+        };
+        const Index from = t.vertex[h], to = end_of(h);
+        const std::uint64_t edge =
+            std::uint64_t(std::min(from, to)) << 32 | std::max(from, to);
+        std::size_t slot = edge * kMix >> shift_;
+        Index first;
+        bool is_twin;
+        while (true) {
+            first = slots_[slot];
+            const bool is_new = first == kInvalidIndex;
+            first = is_new ? h : first;
+            const Index a = t.vertex[first], b = end_of(first);
+            // Half of the halfedges find a twin, which processors cannot foresee: no branch.
+            is_twin = (a == to) & (b == from);
+            if (is_new | is_twin)
+                break;
+            if (a == from && b == to)
+                return false;
+            slot = (slot + 1) & (slots_.size() - 1);
+        }
+        slots_[slot] = first;
+        if (is_twin && t.twin[first] != kInvalidIndex)
+            return false;
+        t.twin[h] = is_twin ? first : kInvalidIndex;
+        t.twin[first] = is_twin ? h : kInvalidIndex;
+        return true;
     }
 
 private:
-    struct Side {
-        Index low, high, halfedge;  // the lower and the higher vertex of its edge
-    };
-    struct End {
-        Index high, halfedge;
-        auto operator<=>(const End&) const = default;
-    };
-    static constexpr std::pair<Index, Index> kNoEdge{kInvalidIndex, kInvalidIndex};
+    static constexpr std::uint64_t kMix =
+        0x9e3779b97f4a7c15u;  // 2^64 over the golden ratio
 
+    int shift_ = 0;
+    std::vector<Index> slots_;
+};
+
+/// Copies the faces and finds the twins of their halfedges.
+///
+/// Faces next to each other in the mesh are mostly next to each other in the file, so that each
+/// chunk of them pairs its own halfedges first, without leaving the cache. What is left over, as
+/// a rule little, is sorted into blocks of vertices, and each block pairs its own.
+///
+/// Edges of more than two sides are not found where chunks see two of them each. But then a fan
+/// with faces of several chunks has the same edge twice, and such fans are looked at.
+class Linker {
+public:
+    Linker(const MeshData& data, Topology& topology)
+        : data_(data),
+          t_(topology),
+          chunk_(std::clamp<std::size_t>(data.face_sizes.size() / 32, 256, 2048)) {}
+
+    Status copy_faces() {
+        number_halfedges();
+        for (auto* array : {&t_.vertex, &t_.face, &t_.twin})
+            array->resize(data_.face_vertices.size());
+        t_.vertex_halfedge = detail::filled(data_.positions.size(), kInvalidIndex);
+        on_seam_ = detail::filled(data_.positions.size(), std::uint8_t(0));
+        const Index bad = t_.quads_only ? copy<4>() : copy<0>();
+        return bad == kInvalidIndex ? ok() : check_face(data_, bad, vertices(bad));
+    }
+
+    /// An edge has at most two faces, which run along it in opposite directions; the faces at a
+    /// vertex are one fan.
+    /// \pre copy_faces() was ok
+    Status link() {
+        if (pair_chunks() && pair_rest() && link_vertices())
+            return ok();
+        const Status edges = check_edges();
+        return edges ? check_vertices() : edges;
+    }
+
+private:
     std::span<const Index> vertices(Index f) const {
         return std::span(data_.face_vertices)
             .subspan(t_.face_offsets[f], t_.face_size(f));
@@ -172,15 +192,44 @@ private:
 
     void number_halfedges() {
         const auto& sizes = data_.face_sizes;
+        t_.quads_only = detail::first_index(sizes.size(), [&](Index f) {
+                            return sizes[f] != 4;
+                        }) == kInvalidIndex;
         t_.face_offsets.resize(sizes.size() + 1);
         t_.face_offsets[0] = 0;
-        detail::for_each_chunk(sizes.size(), detail::kChunk,
-                               [&](std::size_t, std::size_t begin, std::size_t end) {
-                                   std::copy(sizes.begin() + begin, sizes.begin() + end,
-                                             t_.face_offsets.begin() + begin + 1);
-                               });
-        add_up(t_.face_offsets);
-        t_.quads_only = has_only_quads(t_);
+        detail::for_each_index(sizes.size(), [&](Index f) {
+            t_.face_offsets[f + 1] = t_.quads_only ? 4 * (f + 1) : sizes[f];
+        });
+        if (!t_.quads_only)
+            add_up(t_.face_offsets);
+    }
+
+    /// \tparam kCorners  of all faces, or 0
+    /// \return the first face that is not sound
+    template <int kCorners>
+    Index copy() {
+        const Index n_vertices = static_cast<Index>(data_.positions.size());
+        std::atomic<Index> first_bad = kInvalidIndex;
+        detail::for_each_chunk(
+            t_.n_faces(), chunk_, [&](std::size_t, std::size_t begin, std::size_t end) {
+                for (auto f = static_cast<Index>(begin); f < end; ++f) {
+                    const std::span<const Index> v = vertices(f);
+                    const std::size_t n = kCorners > 0 ? kCorners : v.size();
+                    if (!is_sound(v.first(n), n_vertices)) {
+                        detail::lower(first_bad, f);
+                        return;
+                    }
+                    Index h = t_.face_offsets[f];
+                    for (std::size_t k = 0; k < n; ++k, ++h) {
+                        t_.vertex[h] = v[k];
+                        t_.face[h] = f;
+                        // Any one will do.
+                        std::atomic_ref(t_.vertex_halfedge[v[k]])
+                            .store(h, std::memory_order_relaxed);
+                    }
+                }
+            });
+        return first_bad;
     }
 
     static bool is_sound(std::span<const Index> v, Index n_vertices) {
@@ -202,102 +251,216 @@ private:
         return !bad;
     }
 
-    /// \return where each block begins, and the end
-    std::vector<std::size_t> sort_into_blocks() {
-        const std::size_t n_chunks = detail::n_chunks(t_.n_faces(), chunk_);
-        std::vector<std::size_t> blocks(n_blocks_ + 1);
-        std::size_t sum = 0;
-        for (std::size_t block = 0; block < n_blocks_; ++block) {
-            blocks[block] = sum;
-            for (std::size_t chunk = 0; chunk < n_chunks; ++chunk)
-                sum += std::exchange(places_[chunk * n_blocks_ + block], sum);
+    /// \return whether all of them are sound
+    template <class Halfedges>
+    bool add_all(EdgeTable& table, const Halfedges& halfedges) {
+        bool all = true;
+        if (t_.quads_only) {
+            for (const Index h : halfedges)
+                all &= table.add<true>(h, t_);
+        } else {
+            for (const Index h : halfedges)
+                all &= table.add<false>(h, t_);
         }
-        blocks[n_blocks_] = sum;
-        sides_.resize(sum);
+        return all;
+    }
+
+    bool pair_chunks() {
+        const std::size_t n_chunks = detail::n_chunks(t_.n_faces(), chunk_);
+        std::vector<std::vector<Index>> rests(n_chunks);
+        std::atomic<bool> sound = true;
+        tbb::enumerable_thread_specific<EdgeTable> tables;
         detail::for_each_chunk(
             t_.n_faces(), chunk_,
             [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-                std::size_t* const places = &places_[chunk * n_blocks_];
-                for (std::size_t f = begin; f < end; ++f) {
-                    const Index first = t_.face_offsets[f];
-                    Index to = t_.vertex[first];
-                    for (Index h = t_.face_offsets[f + 1]; h-- > first;) {
-                        const Index from = t_.vertex[h], low = std::min(from, to);
-                        sides_[places[low >> shift_]++] = {low, std::max(from, to), h};
-                        to = from;
-                    }
+                const Index first = t_.face_offsets[begin], last = t_.face_offsets[end];
+                EdgeTable& table = tables.local();
+                table.reset(last - first);
+                if (!add_all(table, std::views::iota(first, last)))
+                    sound.store(false, std::memory_order_relaxed);
+                std::vector<Index>& rest = rests[chunk];
+                rest.resize(last - first);
+                Index n = 0;
+                for (Index h = first; h < last; ++h) {
+                    rest[n] = h;
+                    n += t_.is_border(h);
+                }
+                rest.resize(n);
+                for (const Index h : rest) {
+                    detail::set_flag(on_seam_[t_.vertex[h]]);
+                    detail::set_flag(on_seam_[t_.to_vertex(h)]);
                 }
             });
-        return blocks;
-    }
-
-    /// \return the first edge at fault
-    std::pair<Index, Index> link_block(std::size_t block, std::size_t begin,
-                                       std::size_t end) {
-        const Index first = static_cast<Index>(block << shift_);
-        const std::span<const Side> sides(&sides_[0] + begin, end - begin);
-        std::vector<Index> ends(std::size_t(1)
-                                << shift_);  // of the lists of the vertices
-        for (const Side& s : sides)
-            ++ends[s.low - first];
-        std::inclusive_scan(ends.begin(), ends.end(), ends.begin());
-        Buffer<End> lists(sides.size());
-        for (const Side& s : sides)
-            lists[--ends[s.low - first]] = {s.high, s.halfedge};
-        // They are the beginnings by now.
-        for (std::size_t i = 0; i < ends.size(); ++i) {
-            const Index list_end =
-                i + 1 < ends.size() ? ends[i + 1] : static_cast<Index>(lists.size());
-            const std::span<End> list(lists.data() + ends[i], list_end - ends[i]);
-            std::ranges::sort(list);
-            for (std::size_t k = 0; k < list.size();) {
-                const End a = list[k++];
-                if (k == list.size() || list[k].high != a.high) {
-                    t_.twin[a.halfedge] = kInvalidIndex;
-                    continue;
+        detail::for_each_numbered(
+            n_chunks, 64,
+            [&](std::size_t begin, std::size_t end) {
+                std::size_t n = 0;
+                for (std::size_t c = begin; c < end; ++c)
+                    n += rests[c].size();
+                return n;
+            },
+            [&](std::size_t n) { rest_.resize(n); },
+            [&](std::size_t next, std::size_t begin, std::size_t end) {
+                for (std::size_t c = begin; c < end; ++c) {
+                    std::ranges::copy(rests[c], rest_.begin() + next);
+                    next += rests[c].size();
                 }
-                const End b = list[k++];
-                t_.twin[a.halfedge] = b.halfedge;
-                t_.twin[b.halfedge] = a.halfedge;
-                if (t_.vertex[a.halfedge] == t_.vertex[b.halfedge] ||
-                    (k < list.size() && list[k].high == a.high))
-                    return {first + static_cast<Index>(i), a.high};
-            }
-        }
-        return kNoEdge;
+            });
+        return sound;
     }
 
-    Status refuse_edge(std::pair<Index, Index> edge) const {
-        std::vector<Index> halfedges;
-        for (const Side& s : sides_) {
-            if (s.low == edge.first && s.high == edge.second)
-                halfedges.push_back(s.halfedge);
+    bool pair_rest() {
+        // Not above some number, for there are that many counters of each chunk and block.
+        const std::size_t size = std::max(rest_.size() / 256, detail::kChunk),
+                          n_chunks = detail::n_chunks(rest_.size(), size);
+        const Index n_vertices = t_.n_vertices();
+        const std::size_t n_blocks = std::clamp<std::size_t>(rest_.size() / 1024, 1, 256);
+        const auto block_of = [&](Index h) {
+            const Index low = std::min(t_.vertex[h], t_.to_vertex(h));
+            return std::size_t(low) * n_blocks / n_vertices;
+        };
+        std::vector<std::size_t> places(n_chunks * n_blocks), ends(n_blocks);
+        detail::for_each_chunk(
+            rest_.size(), size,
+            [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i)
+                    ++places[chunk * n_blocks + block_of(rest_[i])];
+            });
+        std::size_t sum = 0;
+        for (std::size_t block = 0; block < n_blocks; ++block) {
+            for (std::size_t chunk = 0; chunk < n_chunks; ++chunk)
+                sum += std::exchange(places[chunk * n_blocks + block], sum);
+            ends[block] = sum;
         }
-        std::ranges::sort(halfedges);
-        if (halfedges.size() > 2) {
-            const Index f = t_.face[halfedges[2]];
-            return fail(
-                ErrorCode::NonManifoldEdge,
-                fmt::format("face {} is number 3 of {} at the edge of vertices {} "
-                            "and {}",
-                            f, halfedges.size(), edge.first, edge.second),
-                f, line_of(data_.face_lines, f));
+        Buffer<Index> sorted(rest_.size());
+        detail::for_each_chunk(
+            rest_.size(), size,
+            [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i)
+                    sorted[places[chunk * n_blocks + block_of(rest_[i])]++] = rest_[i];
+            });
+        std::atomic<bool> sound = true;
+        detail::for_each_chunk(
+            n_blocks, 1, [&](std::size_t block, std::size_t, std::size_t) {
+                const std::size_t begin = block > 0 ? ends[block - 1] : 0;
+                EdgeTable table;
+                table.reset(ends[block] - begin);
+                if (!add_all(table,
+                             std::span(sorted).subspan(begin, ends[block] - begin)))
+                    sound.store(false, std::memory_order_relaxed);
+            });
+        return sound;
+    }
+
+    /// Names the lowest halfedge of each vertex, or the border's.
+    /// \return whether all others are in the same fan, and no edge is there twice
+    bool link_vertices() {
+        std::atomic<std::size_t> n_halfedges = 0;
+        std::atomic<bool> sound = true;
+        detail::for_each_chunk(t_.n_vertices(), detail::kSmallChunk,
+                               [&](std::size_t, std::size_t begin, std::size_t end) {
+                                   std::size_t n = 0;
+                                   for (auto v = static_cast<Index>(begin); v < end;
+                                        ++v) {
+                                       const Index any = t_.vertex_halfedge[v];
+                                       if (any == kInvalidIndex)
+                                           continue;
+                                       Index first = any, h = any;
+                                       do {
+                                           ++n;
+                                           first = std::min(first, h);
+                                           h = t_.ccw(h);
+                                       } while (h != any && h != kInvalidIndex);
+                                       if (h == kInvalidIndex) {
+                                           for (first = any; !t_.is_border(first); ++n)
+                                               first = t_.next(t_.twin[first]);
+                                       }
+                                       t_.vertex_halfedge[v] = first;
+                                       if (on_seam_[v] && has_edge_twice(v))
+                                           sound.store(false, std::memory_order_relaxed);
+                                   }
+                                   n_halfedges.fetch_add(n, std::memory_order_relaxed);
+                               });
+        return sound && n_halfedges == t_.n_halfedges();
+    }
+
+    /// Two edges with the same other end.
+    bool has_edge_twice(Index vertex) const {
+        // Four edges, which most vertices have, without sorting.
+        Index r[4] = {~Index(1), ~Index(2), ~Index(3), ~Index(4)};
+        int n = 0;
+        t_.for_each_edge(vertex, [&](Index, Index v) { r[n++ & 3] = v; });
+        if (n <= 4) {
+            return (r[0] == r[1]) | (r[0] == r[2]) | (r[0] == r[3]) | (r[1] == r[2]) |
+                   (r[1] == r[3]) | (r[2] == r[3]);
         }
-        const Index a = halfedges[0], f = t_.face[halfedges[1]];
-        return fail(
-            ErrorCode::OppositeFaces,
-            fmt::format("face {} and face {} have opposite orientations: both run "
+        std::vector<Index> all;
+        t_.for_each_edge(vertex, [&](Index, Index v) { all.push_back(v); });
+        std::ranges::sort(all);
+        return std::ranges::adjacent_find(all) != all.end();
+    }
+
+    // Where something is wrong: slowly, but by itself.
+
+    Status check_edges() const {
+        struct Side {
+            Index low, high, halfedge;
+            auto operator<=>(const Side&) const = default;
+        };
+        std::vector<Side> sides;
+        for (Index h = 0; h < t_.n_halfedges(); ++h) {
+            const Index from = t_.vertex[h], to = t_.to_vertex(h);
+            sides.push_back({std::min(from, to), std::max(from, to), h});
+        }
+        std::ranges::sort(sides);
+        for (std::size_t begin = 0, end; begin < sides.size(); begin = end) {
+            const Side& s = sides[begin];
+            for (end = begin + 1; end < sides.size() && sides[end].low == s.low &&
+                                  sides[end].high == s.high;)
+                ++end;
+            if (end - begin > 2) {
+                const Index f = t_.face[sides[begin + 2].halfedge];
+                return fail(
+                    ErrorCode::NonManifoldEdge,
+                    fmt::format("face {} is number 3 of {} at the edge of vertices {} "
+                                "and {}",
+                                f, end - begin, s.low, s.high),
+                    f, line_of(data_.face_lines, f));
+            }
+            if (end - begin < 2)
+                continue;
+            const Index a = s.halfedge, b = sides[begin + 1].halfedge, f = t_.face[b];
+            if (t_.vertex[a] == t_.vertex[b]) {
+                return fail(
+                    ErrorCode::OppositeFaces,
+                    fmt::format(
+                        "face {} and face {} have opposite orientations: both run "
                         "from vertex {} to {}",
                         f, t_.face[a], t_.vertex[a], t_.to_vertex(a)),
-            f, line_of(data_.face_lines, f));
+                    f, line_of(data_.face_lines, f));
+            }
+        }
+        return ok();
+    }
+
+    /// \pre check_edges() is ok
+    Status check_vertices() const {
+        std::vector<Index> n_outgoing(t_.n_vertices());
+        for (const Index v : t_.vertex)
+            ++n_outgoing[v];
+        Index bad = 0;
+        while (t_.valence(bad) == n_outgoing[bad])
+            ++bad;
+        return fail(ErrorCode::NonManifoldVertex,
+                    fmt::format("vertex {} joins two separate fans of faces", bad), bad,
+                    line_of(data_.vertex_lines, bad));
     }
 
     const MeshData& data_;
     Topology& t_;
-    std::size_t chunk_, n_blocks_;     // faces in a chunk
-    int shift_ = 8;                    // a block has 1 << shift_ vertices
-    std::vector<std::size_t> places_;  // by chunk and block
-    Buffer<Side> sides_;
+    std::size_t chunk_;             // faces in it
+    Buffer<Index> rest_;            // halfedges that chunks could not pair
+    Buffer<std::uint8_t> on_seam_;  // by vertex: whether it has such an edge
 };
 
 /// Edges are numbered by the lower of their halfedges.
@@ -322,45 +485,6 @@ void number_edges(Topology& t) {
                     t.edge[t.twin[h]] = t.edge[h];
             }
         });
-}
-
-/// Names the lowest halfedge of each vertex, or the border's, and checks that all others are in
-/// the same fan.
-/// \pre vertex_halfedge names any one
-Status link_vertices(const MeshData& data, Topology& t) {
-    std::atomic<std::size_t> n_halfedges = 0;
-    detail::for_each_chunk(t.n_vertices(), detail::kSmallChunk,
-                           [&](std::size_t, std::size_t begin, std::size_t end) {
-                               std::size_t n = 0;
-                               for (auto v = static_cast<Index>(begin); v < end; ++v) {
-                                   const Index any = t.vertex_halfedge[v];
-                                   if (any == kInvalidIndex)
-                                       continue;
-                                   Index first = any, h = any;
-                                   do {
-                                       ++n;
-                                       first = std::min(first, h);
-                                       h = t.ccw(h);
-                                   } while (h != any && h != kInvalidIndex);
-                                   if (h == kInvalidIndex) {
-                                       for (first = any; !t.is_border(first); ++n)
-                                           first = t.next(t.twin[first]);
-                                   }
-                                   t.vertex_halfedge[v] = first;
-                               }
-                               n_halfedges.fetch_add(n, std::memory_order_relaxed);
-                           });
-    if (n_halfedges == t.n_halfedges())
-        return ok();
-    std::vector<Index> n_outgoing(t.n_vertices());
-    for (const Index v : t.vertex)
-        ++n_outgoing[v];
-    Index bad = 0;
-    while (t.valence(bad) == n_outgoing[bad])
-        ++bad;
-    return fail(ErrorCode::NonManifoldVertex,
-                fmt::format("vertex {} joins two separate fans of faces", bad), bad,
-                line_of(data.vertex_lines, bad));
 }
 
 }  // namespace
@@ -412,9 +536,7 @@ Result<Topology> build_topology(const MeshData& data) {
         return s.error();
     if (const Status s = check_uvs(data); !s)
         return s.error();
-    if (const Status s = linker.link_twins(); !s)
-        return s.error();
-    if (const Status s = link_vertices(data, t); !s)
+    if (const Status s = linker.link(); !s)
         return s.error();
     number_edges(t);
     return t;

@@ -183,6 +183,35 @@ TEST(MeshRefuses, AnEdgeOfThreeFaces) {
     expect_refusal(mesh_of(5, faces), ErrorCode::NonManifoldEdge, 4, 105, "face 4");
 }
 
+// Far apart in the file, where a few faces at a time know nothing of the others.
+TEST(MeshRefuses, AnEdgeOfManyFacesFarApart) {
+    constexpr Index kLength = 300;
+    const auto vertex = [](Index row, Index side) { return 2 * (row % kLength) + side; };
+    const auto quad = [&](Index row, Index side) {
+        return std::vector<Index>{vertex(row, side), vertex(row, 1 - side),
+                                  vertex(row + 1, 1 - side), vertex(row + 1, side)};
+    };
+    // A strip of quads that closes, and its back side: one fan at each vertex, and four faces at
+    // each edge between two rows.
+    std::vector<std::vector<Index>> faces;
+    for (Index row = 0; row < kLength; ++row)
+        faces.push_back(quad(row, 0));
+    ASSERT_TRUE(build_topology(mesh_of(2 * kLength, faces)));
+    auto third = faces;
+    third.push_back(quad(140, 1));
+    expect_refusal(mesh_of(2 * kLength, third), ErrorCode::NonManifoldEdge, kLength,
+                   101 + kLength,
+                   "face 300 is number 3 of 3 at the edge of vertices 280");
+    for (Index row = 0; row < kLength; ++row)
+        faces.push_back(quad(row, 1));
+    expect_refusal(mesh_of(2 * kLength, faces), ErrorCode::NonManifoldEdge, kLength,
+                   101 + kLength, "face 300 is number 3 of 4 at the edge of vertices 0");
+    // With a triangle, which lacks the side between rows 299 and 0.
+    faces.back().pop_back();
+    expect_refusal(mesh_of(2 * kLength, faces), ErrorCode::NonManifoldEdge, kLength,
+                   101 + kLength, "face 300 is number 3 of 3 at the edge of vertices 0");
+}
+
 TEST(MeshRefuses, FacesOfOppositeOrientation) {
     expect_refusal(mesh_of(4, {{0, 1, 2}, {0, 1, 3}}), ErrorCode::OppositeFaces, 1, 102,
                    "face 1 and face 0");
