@@ -357,45 +357,65 @@ private:
     bool link_vertices() {
         std::atomic<std::size_t> n_halfedges = 0;
         std::atomic<bool> sound = true;
-        detail::for_each_chunk(t_.n_vertices(), detail::kSmallChunk,
-                               [&](std::size_t, std::size_t begin, std::size_t end) {
-                                   std::size_t n = 0;
-                                   for (auto v = static_cast<Index>(begin); v < end;
-                                        ++v) {
-                                       const Index any = t_.vertex_halfedge[v];
-                                       if (any == kInvalidIndex)
-                                           continue;
-                                       Index first = any, h = any;
-                                       do {
-                                           ++n;
-                                           first = std::min(first, h);
-                                           h = t_.ccw(h);
-                                       } while (h != any && h != kInvalidIndex);
-                                       if (h == kInvalidIndex) {
-                                           for (first = any; !t_.is_border(first); ++n)
-                                               first = t_.next(t_.twin[first]);
-                                       }
-                                       t_.vertex_halfedge[v] = first;
-                                       if (on_seam_[v] && has_edge_twice(v))
-                                           sound.store(false, std::memory_order_relaxed);
-                                   }
-                                   n_halfedges.fetch_add(n, std::memory_order_relaxed);
-                               });
+        constexpr std::size_t kSize = detail::kSmallChunk;
+        const auto link = [&](std::size_t, std::size_t begin, std::size_t end) {
+            std::size_t n = 0;
+            Index seams[kSize], n_seams = 0;
+            for (auto v = static_cast<Index>(begin); v < end; ++v) {
+                n += link_vertex(v);
+                seams[n_seams] = v;
+                n_seams += on_seam_[v];
+            }
+            n_halfedges.fetch_add(n, std::memory_order_relaxed);
+            for (const Index v : std::span(seams, n_seams)) {
+                if (has_edge_twice(v))
+                    sound.store(false, std::memory_order_relaxed);
+            }
+        };
+        detail::for_each_chunk(t_.n_vertices(), kSize, link);
         return sound && n_halfedges == t_.n_halfedges();
     }
 
-    /// Two edges with the same other end.
+    /// \return the number of halfedges in the fan
+    std::size_t link_vertex(Index v) {
+        const Index any = t_.vertex_halfedge[v];
+        if (any == kInvalidIndex)
+            return 0;
+        std::size_t n = 0;
+        Index first = any, h = any;
+        do {
+            ++n;
+            first = std::min(first, h);
+            h = t_.ccw(h);
+        } while (h != any && h != kInvalidIndex);
+        if (h == kInvalidIndex) {
+            for (first = any; !t_.is_border(first); ++n)
+                first = t_.next(t_.twin[first]);
+        }
+        t_.vertex_halfedge[v] = first;
+        return n;
+    }
+
+    /// Two edges with the same other end. Edges have no numbers yet.
     bool has_edge_twice(Index vertex) const {
+        const auto for_each_end = [&](auto&& f) {
+            Index last = kInvalidIndex;
+            t_.for_each_outgoing(vertex, [&](Index h) {
+                f(t_.to_vertex(h));
+                last = t_.prev(h);
+            });
+            if (t_.is_border(last))
+                f(t_.vertex[last]);
+        };
         // Four edges, which most vertices have, without sorting.
-        Index r[4] = {~Index(1), ~Index(2), ~Index(3), ~Index(4)};
-        int n = 0;
-        t_.for_each_edge(vertex, [&](Index, Index v) { r[n++ & 3] = v; });
+        Index r[4] = {~Index(1), ~Index(2), ~Index(3), ~Index(4)}, n = 0;
+        for_each_end([&](Index v) { r[n++ & 3] = v; });
         if (n <= 4) {
             return (r[0] == r[1]) | (r[0] == r[2]) | (r[0] == r[3]) | (r[1] == r[2]) |
                    (r[1] == r[3]) | (r[2] == r[3]);
         }
         std::vector<Index> all;
-        t_.for_each_edge(vertex, [&](Index, Index v) { all.push_back(v); });
+        for_each_end([&](Index v) { all.push_back(v); });
         std::ranges::sort(all);
         return std::ranges::adjacent_find(all) != all.end();
     }
