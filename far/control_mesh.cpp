@@ -25,9 +25,9 @@ ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
       odd_(degree % 2 == 1),
       is_base_(is_base),
       midway_(!odd_ && !is_base),
-      fans_(level.topology.n_halfedges(), Fan::Irregular),
-      settled_(level.topology.n_vertices(), false),
-      inner_(level.topology.n_vertices(), false) {
+      fans_(filled(level.topology.n_halfedges(), Fan::Inside)),
+      settled_(filled(level.topology.n_vertices(), std::uint8_t(true))),
+      inner_(filled(level.topology.n_vertices(), std::uint8_t(true))) {
     const Topology& t = topology();
     const auto none = [](std::size_t n, auto&& is) {
         return first_index(n, is) == kInvalidIndex;
@@ -43,11 +43,11 @@ ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
                    [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                        for (auto v = static_cast<Index>(begin); v < end; ++v) {
                            if (t.vertex_halfedge[v] == kInvalidIndex)
-                               continue;
-                           if (special.empty() || special[v] == kSmooth)
+                               settled_[v] = inner_[v] = false;
+                           else if (special.empty() || special[v] == kSmooth)
                                sort_fans(v, chunks[chunk]);
-                           else if (special[v] == kSpecial)
-                               sort_special_fans(v, chunks[chunk]);
+                           else
+                               sort_special_fans(v, special[v], chunks[chunk]);
                        }
                    });
     for (const Fans& fans : chunks)
@@ -133,21 +133,23 @@ bool ControlMesh::is_quad(Index face) const noexcept {
 
 void ControlMesh::sort_fans(Index v, Fans& out) {
     const Topology& t = topology();
-    settled_[v] = true;
-    int n = 0;
-    Index ring[4];
-    t.for_each_outgoing(v, [&](Index h) { ring[n++ & 3] = h; });
+    const int n = static_cast<int>(t.valence(v));
     if (n != 4) {
+        t.for_each_outgoing(v, [&](Index h) { fans_[h] = Fan::Irregular; });
+        inner_[v] = false;
         out.irregular.push_back({t.vertex_halfedge[v], n, PatchBorder::None, true});
-        return;
+    } else if (!all_quads_ || !level_->known.empty() || midway_) {
+        inner_[v] = is_inner(v);
     }
-    for (const Index h : ring)
-        fans_[h] = Fan::Inside;
-    inner_[v] = is_inner(v);
 }
 
-void ControlMesh::sort_special_fans(Index v, Fans& out) {
+void ControlMesh::sort_special_fans(Index v, std::uint8_t special, Fans& out) {
     const Topology& t = topology();
+    // Of most of them one of these remains.
+    t.for_each_outgoing(v, [&](Index h) { fans_[h] = Fan::Irregular; });
+    settled_[v] = inner_[v] = false;
+    if (special == kUnknown)
+        return;
     std::vector<Index>& ring = out.ring;
     ring.clear();
     t.for_each_outgoing(v, [&](Index h) { ring.push_back(h); });
@@ -226,9 +228,9 @@ bool ControlMesh::is_inner(Index v) const {
     return inner;
 }
 
-std::vector<std::uint8_t> ControlMesh::inner_cells() const {
+Buffer<std::uint8_t> ControlMesh::inner_cells() const {
     const Topology& t = topology();
-    std::vector<std::uint8_t> vertices = inner_, faces(t.n_faces());
+    Buffer<std::uint8_t> vertices = inner_, faces(t.n_faces());
     // A ring less with each step.
     for (int i = 1; i <= degree_ / 2; ++i) {
         if (i == degree_ / 2 && !odd_)
@@ -250,7 +252,31 @@ std::vector<std::uint8_t> ControlMesh::inner_cells() const {
 }
 
 void ControlMesh::inner_net(Index h, Index* out) const noexcept {
-    topology().quads_only ? inner_net_of<true>(h, out) : inner_net_of<false>(h, out);
+    if (!topology().quads_only)
+        inner_net_of<false>(h, out);
+    else if (degree_ == 3)
+        inner_net_of_cubic(h, out);
+    else
+        inner_net_of<true>(h, out);
+}
+
+/// Outwards from the four sides of the cell: no step waits for more than two others.
+void ControlMesh::inner_net_of_cubic(Index h, Index* out) const noexcept {
+    const Topology& t = topology();
+    constexpr int kCorner[5] = {5, 6, 10, 9, 5};  // in the net of 4 x 4
+    constexpr int kOut[5] = {-4, 1, 4, -1, -4};   // across the sides that start there
+    const Index first = h & ~Index(3);
+    for (Index k = 0; k < 4; ++k) {
+        const int start = kCorner[k], end = kCorner[k + 1];
+        const Index side = first + ((h + k) & 3),
+                    across = t.twin[side],  // from the end of the side to its start
+            back = (across & ~Index(3)) + ((across + 3) & 3),
+                    diagonal = t.twin[back];  // in the quad beyond the end
+        out[start] = t.vertex[side];
+        out[start + kOut[k]] = t.vertex[across ^ 2];
+        out[end + kOut[k]] = t.vertex[back];
+        out[end + kOut[k] + kOut[k + 1]] = t.vertex[diagonal ^ 2];
+    }
 }
 
 template <bool kQuadsOnly>

@@ -60,7 +60,7 @@ public:
 
     /// By face (odd degrees) or vertex (even degrees): whether the points of its regular patch
     /// are all there inside of the surface, without mirror images.
-    std::vector<std::uint8_t> inner_cells() const;
+    Buffer<std::uint8_t> inner_cells() const;
     /// The control points of such a patch, row by row.
     /// \param h  of the cell: where the frame starts, as for ControlGrid::walk_around()
     /// \pre out has room for (d + 1)^2 vertices
@@ -70,18 +70,19 @@ private:
     struct Fans;
     std::vector<std::uint8_t> special_vertices() const;
     void sort_fans(Index vertex, Fans& out);
-    void sort_special_fans(Index vertex, Fans& out);
+    void sort_special_fans(Index vertex, std::uint8_t special, Fans& out);
     bool is_inner(Index vertex) const;
     template <bool kQuadsOnly>
     void inner_net_of(Index h, Index* out) const noexcept;
+    void inner_net_of_cubic(Index h, Index* out) const noexcept;
 
     const RefinedLevel* level_;
     int degree_;
     bool odd_, is_base_, midway_;
     bool has_cuts_, all_quads_;
-    std::vector<Fan> fans_;  // per halfedge
-    std::vector<std::uint8_t> settled_;
-    std::vector<std::uint8_t> inner_;  // four whole quads all around
+    Buffer<Fan> fans_;  // per halfedge
+    Buffer<std::uint8_t> settled_;
+    Buffer<std::uint8_t> inner_;  // four whole quads all around
     std::vector<IrregularFan> irregular_;
 };
 

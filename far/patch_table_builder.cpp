@@ -276,7 +276,7 @@ private:
     /// These cover a cell each, so that all of them fit.
     void lay_regular_patches() {
         const PatchLevel level = patch_level();
-        const std::vector<std::uint8_t> inner = mesh_->inner_cells();
+        const Buffer<std::uint8_t> inner = mesh_->inner_cells();
         constexpr std::size_t kSize = detail::kSmallChunk;
         const std::size_t n_cells = cells_.size(),
                           n_chunks = detail::n_chunks(n_cells, kSize);

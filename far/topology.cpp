@@ -49,17 +49,20 @@ bool has_only_quads(const Topology& t) {
 
 std::vector<Index> border_halfedges(const Topology& t) {
     std::vector<Index> borders;
+    const auto count = [&](std::size_t begin, std::size_t end) {
+        return static_cast<std::size_t>(
+            std::count(t.twin.begin() + begin, t.twin.begin() + end, kInvalidIndex));
+    };
     detail::for_each_numbered(
-        t.n_halfedges(), 8 * detail::kChunk,
-        [&](std::size_t begin, std::size_t end) {
-            return static_cast<std::size_t>(
-                std::count(t.twin.begin() + begin, t.twin.begin() + end, kInvalidIndex));
-        },
+        t.n_halfedges(), 4 * detail::kChunk, count,
         [&](std::size_t n) { borders.resize(n); },
         [&](std::size_t next, std::size_t begin, std::size_t end) {
-            for (std::size_t h = begin; h < end && next < borders.size(); ++h) {
-                if (t.twin[h] == kInvalidIndex)
-                    borders[next++] = static_cast<Index>(h);
+            std::size_t n = count(begin, end);
+            for (std::size_t h = begin; n > 0; ++h) {
+                if (t.twin[h] != kInvalidIndex)
+                    continue;
+                borders[next++] = static_cast<Index>(h);
+                --n;
             }
         });
     return borders;
