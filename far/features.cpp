@@ -258,12 +258,13 @@ std::vector<Tag> to_tags(const Topology& t, const Features& f) {
 
 namespace {
 
-/// The halfedge starts at an interior vertex of two faces: one step about it, either way, leads
-/// to the other one.
-bool is_fold(const Topology& t, Index h) {
-    const Index ccw = t.ccw(h);
-    return ccw != kInvalidIndex && ccw != h && !t.is_border(h) &&
-           t.next(t.twin[h]) == ccw;
+/// An interior vertex between two faces.
+bool is_fold(const Topology& t, Index v) {
+    const Index first = t.vertex_halfedge[v];
+    if (first == kInvalidIndex)
+        return false;
+    const Index second = t.ccw(first);
+    return second != kInvalidIndex && second != first && t.ccw(second) == first;
 }
 
 /// Nothing sharp parts the faces around a vertex, and not all of them are holes.
@@ -306,12 +307,11 @@ Status check_refinement(const MeshData& data, const Topology& t, const Features&
 
 Status check_surface(const MeshData& data, const Topology& t, const Features& features,
                      int degree) {
-    if (detail::first_index(t.n_halfedges(), [&](Index h) { return is_fold(t, h); }) !=
-        kInvalidIndex) {
+    Index v = detail::first_index(t.n_vertices(), [&](Index i) { return is_fold(t, i); });
+    if (v != kInvalidIndex) {
         const Features f = with_border(t, features);
-        for (Index v = 0; v < t.n_vertices(); ++v) {
-            const Index h = t.vertex_halfedge[v];
-            if (h != kInvalidIndex && is_fold(t, h) && is_flat(t, f, v))
+        for (; v < t.n_vertices(); ++v) {
+            if (is_fold(t, v) && is_flat(t, f, v))
                 return refuse_valence_two(data, v);
         }
     }
