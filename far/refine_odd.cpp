@@ -60,6 +60,37 @@ Features child_features(const Topology& t, const Features& f) {
     return child;
 }
 
+/// A row of few entries.
+struct PlainRow {
+    static constexpr Index kMost = 16;
+    Index n = 0;
+    Index vertices[kMost];
+    double weights[kMost];
+
+    void clear() { n = 0; }
+    void add(Index vertex, double weight) {
+        vertices[n] = vertex;
+        weights[n++] = weight;
+    }
+    /// Entries in ascending order of their vertices.
+    /// \return false if some vertex is there twice
+    bool sort() {
+        // Each goes where the number of those below says: so few are compared with all others
+        // sooner than branches would tell them apart.
+        const PlainRow row = *this;
+        Index sum = 0;
+        for (Index i = 0; i < n; ++i) {
+            Index rank = 0;
+            for (Index k = 0; k < n; ++k)
+                rank += row.vertices[k] < row.vertices[i];
+            vertices[rank] = row.vertices[i];
+            weights[rank] = row.weights[i];
+            sum += rank;
+        }
+        return 2 * sum == n * (n - 1);
+    }
+};
+
 /// Writes the rows of an odd smoothing of the quads that split() made of a mesh.
 ///
 /// Smooth: v' = (n-3)/n v + 2/n avg(edge neighbours) + 1/n avg(face-diagonal neighbours).
@@ -70,12 +101,28 @@ public:
     /// \param features, child  sharpness of the mesh before and after the step
     OddSmoothing(const Topology& mesh, const Features& features, const Topology& quads,
                  const Features& child)
-        : mesh_(mesh), features_(features), quads_(quads), child_(child) {}
+        : mesh_(mesh), features_(features), quads_(quads), child_(child) {
+        if (features.edge_sharpness.empty() && features.vertex_sharpness.empty())
+            return;
+        sharp_.resize(quads.n_vertices());
+        for_each_index(mesh.n_halfedges(), [&](Index h) {
+            const Index e = mesh.edge[h];
+            if (!(features.edge(e) > 0))
+                return;
+            for (const Index v :
+                 {mesh.vertex[h], mesh.to_vertex(h), mesh.n_vertices() + e})
+                set_flag(sharp_[v]);
+        });
+        for_each_index(features.vertex_sharpness.size(), [&](Index v) {
+            if (features.vertex(v) > 0)
+                sharp_[v] = true;
+        });
+    }
 
     /// Calls add(vertex, weight) for the entries of a row, over the vertices of the quads.
     template <class Add>
     void for_each_entry(Index v, bool right_after_split, Add&& add) const {
-        if (features_.edge_sharpness.empty() && features_.vertex_sharpness.empty()) {
+        if (!is_sharp(v)) {
             return add_rule(VertexRule::Smooth, v, 1, right_after_split, add,
                             [](Index) { return false; });
         }
@@ -103,35 +150,34 @@ public:
     /// The row of a vertex right after split() over the vertices of the mesh, where that is of
     /// quads and nothing is sharp: to the last bit what the sums are, without summing up.
     /// \return false where it is not so, or a vertex is met twice
-    bool plain_row(Index v, std::vector<std::pair<Index, double>>& row) const {
-        if (!mesh_.quads_only)
+    bool plain_row(Index v, PlainRow& row) const {
+        if (!mesh_.quads_only || is_sharp(v))
             return false;
         row.clear();
         const Index first_edge = mesh_.n_vertices(),
                     first_face = first_edge + mesh_.n_edges;
         if (v >= first_face) {
             for (Index h = 4 * (v - first_face), k = 0; k < 4; ++k)
-                row.emplace_back(mesh_.vertex[h + k], 0.25);
+                row.add(mesh_.vertex[h + k], 0.25);
         } else if (v >= first_edge) {
             const Index h = edge_halfedge(v), twin = mesh_.twin[h];
-            if (features_.edge(mesh_.edge[h]) > 0 || twin == kInvalidIndex)
+            if (twin == kInvalidIndex)
                 return false;
             for (Index side : {h, twin}) {
-                row.emplace_back(mesh_.vertex[side], 0.375);
+                row.add(mesh_.vertex[side], 0.375);
                 for (int k = 0; k < 2; ++k) {
                     side = mesh_.next(side);
-                    row.emplace_back(mesh_.to_vertex(side), 0.0625);
+                    row.add(mesh_.to_vertex(side), 0.0625);
                 }
             }
         } else {
-            double n = 0;
-            bool plain = !(features_.vertex(v) > 0);
+            Index n = 0;
+            bool open = false;
             mesh_.for_each_outgoing(v, [&](Index h) {
                 ++n;
-                plain =
-                    plain && !(features_.edge(mesh_.edge[h]) > 0) && !mesh_.is_border(h);
+                open = open || mesh_.is_border(h);
             });
-            if (!plain || n == 0)
+            if (open || n == 0 || 2 * n + 1 > PlainRow::kMost)
                 return false;
             // In the order of the sums over vertices, middles of edges and of faces.
             const SmoothWeights w = smooth_weights(n, true);
@@ -141,15 +187,13 @@ public:
                 own += edge;
                 own += face;
                 const Index next = mesh_.next(h);
-                row.emplace_back(mesh_.vertex[next], edge + face + face);
-                row.emplace_back(mesh_.to_vertex(next), face);
+                row.add(mesh_.vertex[next], edge + face + face);
+                row.add(mesh_.to_vertex(next), face);
             });
             if (own != 0)
-                row.emplace_back(v, own);
+                row.add(v, own);
         }
-        std::ranges::sort(row, {}, &std::pair<Index, double>::first);
-        const auto same = [](const auto& a, const auto& b) { return a.first == b.first; };
-        return std::ranges::adjacent_find(row, same) == row.end();
+        return row.sort();
     }
 
     /// Calls add(vertex, weight) for what split() makes a vertex of, over those of the mesh.
@@ -172,6 +216,8 @@ public:
     }
 
 private:
+    /// Something sharp ends or runs there before the step.
+    bool is_sharp(Index v) const { return !sharp_.empty() && sharp_[v]; }
     bool is_edge_vertex(Index v) const {
         return v >= mesh_.n_vertices() && v < mesh_.n_vertices() + mesh_.n_edges;
     }
@@ -246,6 +292,7 @@ private:
     const Features& features_;
     const Topology& quads_;
     const Features& child_;
+    Flags sharp_;  // by vertex of the quads; empty: none
 };
 
 /// The rows of a level: linear subdivision with a first smoothing, and further smoothings.
@@ -277,17 +324,21 @@ public:
                                       [&](Index v, double w) { table.add(v, w); });
             return;
         }
-        const auto append = [&](Index v, double w) {
-            table.add(part_ ? part_->vertices[v] : v, w);
-        };
-        if (smoothing_.plain_row(row, sums.entries())) {
-            for (const auto& [v, w] : sums.entries())
-                append(v, w);
+        const auto point = [&](Index v) { return part_ ? part_->vertices[v] : v; };
+        PlainRow plain;
+        if (smoothing_.plain_row(row, plain)) {
+            const std::size_t first = table.indices.size();
+            table.indices.resize(first + plain.n);
+            table.weights.resize(first + plain.n);
+            for (Index i = 0; i < plain.n; ++i) {
+                table.indices[first + i] = point(plain.vertices[i]);
+                table.weights[first + i] = plain.weights[i];
+            }
             return;
         }
         sums.fit(mesh_->n_vertices());
         for_each_entry_after_split(row, [&](Index v, double w) { sums.add(v, w); });
-        sums.take(append);
+        sums.take([&](Index v, double w) { table.add(point(v), w); });
     }
     /// Of the points of the level; empty: all.
     const Flags& known() const { return known_.back(); }

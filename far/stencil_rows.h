@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "far/parallel.h"
@@ -72,14 +71,10 @@ public:
         inputs_.clear();
     }
 
-    /// Room for the entries of rows that need no sums.
-    std::vector<std::pair<Index, double>>& entries() { return entries_; }
-
 private:
     std::vector<double> sum_;
     Flags touched_;
     std::vector<Index> inputs_;
-    std::vector<std::pair<Index, double>> entries_;
 };
 
 /// The rows of some tables, one table after the other.
