@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -31,6 +32,7 @@ tags. Without a mesh it makes one.
   --threads 1,2    only these numbers of threads
   --faces N        no size above N faces (default 1700000)
   --repetitions N  of each measurement (default 7)
+  --fresh          take all memory from the system anew; else the program keeps what was freed
   --smoke          the checks, and one run of everything on small meshes
 )";
 
@@ -115,7 +117,7 @@ void print_table(std::span<const Row> rows, bool markdown) {
 struct Arguments {
     SuiteOptions suite;
     std::optional<std::filesystem::path> json;
-    bool help = false, markdown = false;
+    bool help = false, markdown = false, fresh = false;
     Index faces = 1'700'000;
     std::vector<std::filesystem::path> meshes;
 };
@@ -128,6 +130,8 @@ std::optional<Arguments> parse(int argc, char** argv) {
             a.help = true;
         } else if (arg == "--markdown") {
             a.markdown = true;
+        } else if (arg == "--fresh") {
+            a.fresh = true;
         } else if (arg == "--smoke") {
             a.suite.smoke = true;
         } else if (!arg.starts_with("--")) {
@@ -157,7 +161,17 @@ std::optional<Arguments> parse(int argc, char** argv) {
     return a;
 }
 
+/// As of programs that build again and again. By default the C library gives large arrays back
+/// at once, so that all libraries pay for new pages each time, some microsecond for 4 KiB.
+void keep_memory() {
+    mallopt(M_MMAP_MAX, 0);
+    mallopt(M_TRIM_THRESHOLD, -1);
+    mallopt(M_TOP_PAD, 64 << 20);
+}
+
 int run(const Arguments& a) {
+    if (!a.fresh)
+        keep_memory();
     Suite suite(a.suite);
     std::vector<std::vector<BenchMesh>> all;
     const Index largest = a.suite.smoke ? 0 : a.faces;
