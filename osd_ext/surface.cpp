@@ -4,6 +4,7 @@
 #include "osd_ext/surface.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_invoke.h>
 
 #include <cmath>
 #include <functional>
@@ -44,11 +45,14 @@ Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& optio
 
     Surface s;
     s.table_ = std::make_unique<const PatchTable>(std::move(*table));
-    s.evaluator_ = std::make_unique<const Evaluator>(*s.table_);
-    s.points_.resize(s.table_->n_points());
-    detail::for_each_index(data.positions.size(),
-                           [&](Index v) { s.points_[v] = data.positions[v]; });
-    s.table_->refresh_points<double>(s.points_);
+    tbb::parallel_invoke(
+        [&] { s.evaluator_ = std::make_unique<const Evaluator>(*s.table_); },
+        [&] {
+            s.points_.resize(s.table_->n_points());
+            detail::for_each_index(data.positions.size(),
+                                   [&](Index v) { s.points_[v] = data.positions[v]; });
+            s.table_->refresh_points<double>(s.points_);
+        });
     for (Index v = detail::first_index(
              s.base().n_vertices(),
              [&](Index i) { return s.base().vertex_halfedge[i] == kInvalidIndex; });

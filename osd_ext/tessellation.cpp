@@ -6,7 +6,6 @@
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cassert>
@@ -148,17 +147,15 @@ public:
         number_vertices();
         number_edges();
         number_faces();
-        // Where there are several threads, each clears some of the memory.
-        const std::size_t n = n_points_, n_facets = faces_.back().facet,
-                          n_corners = faces_.back().corner;
-        tbb::parallel_invoke([&] { out_.positions.resize(n); },
-                             [&] { out_.addresses.resize(n); },
-                             [&] { out_.normals.resize(n + n_sides_); },
-                             [&] { out_.facet_sizes.resize(n_facets); },
-                             [&] { out_.facet_faces.resize(n_facets); },
-                             [&] { out_.facet_points.resize(n_corners); },
-                             [&] { out_.facet_normals.resize(n_corners); },
-                             [&] { out_.facet_uvs.resize(n_corners); });
+        const Face& end = faces_.back();
+        out_.positions.resize(n_points_);
+        out_.addresses.resize(n_points_);
+        out_.normals.resize(n_points_ + n_sides_);
+        out_.facet_sizes.resize(end.facet);
+        out_.facet_faces.resize(end.facet);
+        out_.facet_points.resize(end.corner);
+        out_.facet_normals.resize(end.corner);
+        out_.facet_uvs.resize(end.corner);
     }
 
     Tessellation build(const SurfaceFunction& surface) {

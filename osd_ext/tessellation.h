@@ -11,6 +11,7 @@
 #include "eval/evaluator.h"
 #include "eval/surface_jet.h"
 #include "far/address.h"
+#include "far/buffer.h"
 #include "far/features.h"
 #include "far/types.h"
 
@@ -27,20 +28,20 @@ namespace osdx {
 /// point: normal i, for i < n_points, is that of point i at addresses[i]; those of the other
 /// sides follow. Without sharp edges facet_normals is facet_points.
 struct Tessellation {
-    std::vector<Vec3<double>> positions;
-    std::vector<Address> addresses;     ///< where the point was evaluated
-    std::vector<Vec3<double>> normals;  ///< unit; zero where the surface has no normal
+    Buffer<Vec3<double>> positions;
+    Buffer<Address> addresses;     ///< where the point was evaluated
+    Buffer<Vec3<double>> normals;  ///< unit; zero where the surface has no normal
 
-    std::vector<Index> facet_sizes;       ///< 3 or 4
-    std::vector<Index> facet_faces;       ///< the base face that the facet lies in
-    std::vector<Index> facet_points;      ///< corners, counter-clockwise
-    std::vector<Index> facet_normals;     ///< of each corner
-    std::vector<Vec2<double>> facet_uvs;  ///< (u, v) of each corner in facet_faces[i]
+    Buffer<Index> facet_sizes;       ///< 3 or 4
+    Buffer<Index> facet_faces;       ///< the base face that the facet lies in
+    Buffer<Index> facet_points;      ///< corners, counter-clockwise
+    Buffer<Index> facet_normals;     ///< of each corner
+    Buffer<Vec2<double>> facet_uvs;  ///< (u, v) of each corner in facet_faces[i]
 
     /// Of the mesh's own texture coordinates (TextureSurface::add_to). Corners at a point
     /// share one unless a seam lies between them.
-    std::vector<Vec2<double>> texcoords;
-    std::vector<Index> facet_texcoords;  ///< of each corner
+    Buffer<Vec2<double>> texcoords;
+    Buffer<Index> facet_texcoords;  ///< of each corner
 };
 
 /// A surface over the faces of a base mesh, with derivatives in (u, v). Called from several
