@@ -37,7 +37,7 @@ QuarterPoint to_quarter(const Topology& base, const Address& address) noexcept {
 }
 
 Address to_address(const Topology& base, const QuarterPoint& point) noexcept {
-    const Index face = base.face[point.quarter];
+    const Index face = base.face(point.quarter);
     const int corner = static_cast<int>(point.quarter - base.face_offsets[face]);
     const Vec2<double> half = 0.5 * Vec2<double>(point.x, point.y);
     const Index n = base.face_size(face);
@@ -50,7 +50,7 @@ Address to_address(const Topology& base, const QuarterPoint& point) noexcept {
 }
 
 int quarter_turns(const Topology& base, Index quarter) noexcept {
-    const Index face = base.face[quarter];
+    const Index face = base.face(quarter);
     const auto corner = static_cast<int>(quarter - base.face_offsets[face]);
     return base.face_size(face) == 4 ? -corner & 3 : 0;
 }

@@ -109,7 +109,7 @@ std::vector<std::uint8_t> ControlMesh::special_vertices() const {
     };
     for (Index h = 0; h < t.n_halfedges() && !level.rays.empty(); ++h) {
         if (level.edge_rays[t.edge[h]] != kInvalidIndex)
-            skip_face(t.face[h]);
+            skip_face(t.face(h));
     }
     for (const Junction& j : level.junctions) {
         if (j.vertex_sharpness < kInfinitelySharp)
@@ -215,11 +215,11 @@ bool ControlMesh::is_inner(Index v) const {
     const Topology& t = topology();
     bool inner = true;
     if (!all_quads_)
-        t.for_each_outgoing(v, [&](Index h) { inner &= is_quad(t.face[h]); });
+        t.for_each_outgoing(v, [&](Index h) { inner &= is_quad(t.face(h)); });
     if (level_->known.empty() && !midway_)
         return inner;
     t.for_each_outgoing(v, [&](Index h) {
-        const Index f = t.face[h];
+        const Index f = t.face(h);
         for (Index g = t.face_offsets[f]; g < t.face_offsets[f + 1]; ++g) {
             inner &= level_->is_known(t.vertex[g]) &&
                      (!midway_ || level_->point_kinds[t.vertex[g]] == PointKind::Inner);
@@ -245,7 +245,7 @@ Buffer<std::uint8_t> ControlMesh::inner_cells() const {
             break;
         for_each_index(t.n_vertices(), [&](Index v) {
             if (vertices[v])
-                t.for_each_outgoing(v, [&](Index h) { vertices[v] &= faces[t.face[h]]; });
+                t.for_each_outgoing(v, [&](Index h) { vertices[v] &= faces[t.face(h)]; });
         });
     }
     return odd_ ? faces : vertices;
@@ -285,7 +285,7 @@ void ControlMesh::inner_net_of(Index h, Index* out) const noexcept {
     const int d = degree_;
     // The n-th next halfedge of a quad.
     const auto step = [&t](Index from, Index n) {
-        const Index first = kQuadsOnly ? from & ~Index(3) : t.face_offsets[t.face[from]];
+        const Index first = kQuadsOnly ? from & ~Index(3) : t.face_offsets[t.face(from)];
         return first + ((from - first + n) & 3);
     };
     for (int i = 0; i < d / 2; ++i) {
@@ -319,7 +319,7 @@ bool ControlGrid::extent(const ControlMesh& mesh, Index h, int axis, int wanted)
     const Topology& t = mesh.topology();
     end_[axis] = false;
     for (n_[axis] = 0; n_[axis] < wanted;) {
-        if (t.face_size(t.face[h]) != 4)
+        if (t.face_size(t.face(h)) != 4)
             return false;
         ++n_[axis];
         const Index far = axis == 0 ? t.next(h) : t.next(t.next(h));
@@ -358,7 +358,7 @@ bool ControlGrid::walk(const ControlMesh& mesh, Index start, int wanted_x, int w
     for (int x = 0; x < n_[0]; ++x) {
         Index h = first;
         for (int y = 0; y < n_[1]; ++y) {
-            if (!mesh.is_quad(t.face[h]))
+            if (!mesh.is_quad(t.face(h)))
                 return false;
             const Index right = t.next(h), top = t.next(right);
             halfedges_[x * n_[1] + y] = h;
@@ -388,7 +388,7 @@ bool ControlGrid::walk_around(const ControlMesh& mesh, Index h, int lo, int hi) 
     Begin begin[2] = {Begin::Outer, Begin::Outer};
     for (int axis = 0; axis < 2; ++axis) {
         while (true) {
-            if (t.face_size(t.face[h]) != 4)
+            if (t.face_size(t.face(h)) != 4)
                 return false;
             const Index near = axis == 0 ? t.prev(h) : h;
             if (mesh.is_cut(near)) {

@@ -53,7 +53,7 @@ Dependents::Dependents(const PatchTable& table) {
         Index last_patch = kInvalidIndex, last_face = kInvalidIndex;
         std::vector<Cell> cells;
         for (Index quarter = 0; quarter < table.base().n_halfedges(); ++quarter) {
-            const Index face = table.base().face[quarter];
+            const Index face = table.base().face(quarter);
             cells.clear();
             table.add_cells(quarter, cells);
             for (const Cell& cell : cells) {

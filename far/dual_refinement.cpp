@@ -389,7 +389,7 @@ private:
         } else {
             detail::copy_point<C>(in_.cell(t_.next(t_.twin[prev]), 0, last), row);
         }
-        complete(face_centres_.data() + C * std::size_t(t_.face[h]),
+        complete(face_centres_.data() + C * std::size_t(t_.face(h)),
                  in_.cell(h, last, last), room.right.data() + room.n_in - C,
                  row + room.n_in, row + C + room.n_in);
     }

@@ -209,7 +209,7 @@ Features with_border(const Topology& t, Features f) {
         if (f.boundary == BoundaryRule::None && !is_sharpened) {
             f.hole.resize(t.n_faces());
             const auto add_holes = [&](Index at) {
-                t.for_each_outgoing(at, [&](Index out) { f.hole[t.face[out]] = true; });
+                t.for_each_outgoing(at, [&](Index out) { f.hole[t.face(out)] = true; });
             };
             add_holes(v);
             add_holes(t.to_vertex(h));
@@ -273,7 +273,7 @@ bool is_flat(const Topology& t, const Features& f, Index v) {
     bool has_surface = false;
     t.for_each_outgoing(v, [&](Index h) {
         n_sharp += f.edge(t.edge[h]) >= kInfinitelySharp;
-        has_surface |= f.hole.empty() || !f.hole[t.face[h]];
+        has_surface |= f.hole.empty() || !f.hole[t.face(h)];
     });
     return n_sharp < 2 && has_surface;
 }

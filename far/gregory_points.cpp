@@ -372,7 +372,7 @@ private:
         for (int j = 0; j < n; ++j) {
             const double w = mask[1 + n_edges + j];
             if (w != 0)
-                add_centroid(t_.face[fan.halfedges[j]], w, row);
+                add_centroid(t_.face(fan.halfedges[j]), w, row);
         }
         return row;
     }
@@ -400,8 +400,8 @@ private:
         const Index twin = t_.twin[h];
         row.add(t_.vertex[t_.prev(h)], weight / 6);
         row.add(t_.to_vertex(t_.next(twin)), -weight / 6);
-        add_centroid(t_.face[h], 2 * weight / 3, row);
-        add_centroid(t_.face[twin], -2 * weight / 3, row);
+        add_centroid(t_.face(h), 2 * weight / 3, row);
+        add_centroid(t_.face(twin), -2 * weight / 3, row);
     }
 
     void set_face_points(int i) {
@@ -431,7 +431,7 @@ private:
             c.f_plus.add(t_.vertex[out], 3.0 / 9);
             c.f_plus.add(t_.to_vertex(out), 1.0 / 9);
             c.f_plus.add(t_.vertex[in], 1.0 / 9);
-            add_centroid(t_.face[out], 4.0 / 9, c.f_plus);
+            add_centroid(t_.face(out), 4.0 / 9, c.f_plus);
             c.f_minus = c.f_plus;
         } else if (out_is_sharp) {
             c.f_plus = c.f_minus;
@@ -463,7 +463,7 @@ private:
         const double n = n_, w = 1 - 2 / n * (3 - 4 / n), scale = 1 / w;
         Row row;
         // n/(n+5) centroid + 4/(n(n+5)) edge points + 1/(n(n+5)) vertex points.
-        add_centroid(t_.face[first_], scale * n / (n + 5), row);
+        add_centroid(t_.face(first_), scale * n / (n + 5), row);
         const double vertex = scale / (n * (n + 5)), edge = 4 * vertex;
         for (int i = 0; i < n_; ++i) {
             const Index h = first_ + static_cast<Index>(i);
@@ -472,8 +472,8 @@ private:
             row.add(t_.vertex[h], end);
             row.add(t_.to_vertex(h), end);
             if (!is_sharp(h)) {
-                add_centroid(t_.face[h], edge / 4, row);
-                add_centroid(t_.face[t_.twin[h]], edge / 4, row);
+                add_centroid(t_.face(h), edge / 4, row);
+                add_centroid(t_.face(t_.twin[h]), edge / 4, row);
             }
         }
         // At s = 1/2, h = 1 - 2/n, blends 1/2.

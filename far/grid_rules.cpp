@@ -219,7 +219,7 @@ GridRules GridSharpness::step(const QuadGrids& coarse) {
         rules.face_weights.assign(t.n_edges, 0.0);
         for (Index h = 0; h < t.n_halfedges(); ++h) {
             rules.face_weights[t.edge[h]] +=
-                0.5 * (t.face_size(t.face[h]) == 3 ? kSmoothTriangle : 0.25);
+                0.5 * (t.face_size(t.face(h)) == 3 ? kSmoothTriangle : 0.25);
         }
         smooth_triangles_ = false;
     }

@@ -56,7 +56,7 @@ public:
     }
     /// The points one row inside of a halfedge's face, but those on edges.
     Strided<const T> beside(Index halfedge) const {
-        const Index root = g_.roots.face[halfedge];
+        const Index root = g_.roots.face(halfedge);
         const Index side = g_.n_inner() == 1 ? 0 : halfedge - g_.roots.face_offsets[root];
         const auto row = C * std::ptrdiff_t(g_.n_inner());
         const T* inside = inside_face(root);
@@ -355,8 +355,8 @@ void refine_polygons(const Points<const T, C>& in, const Points<T, C>& out,
             const Index e = t.edge[h];
             const auto w = T(rules.face_weights.empty() ? 0.25 : rules.face_weights[e]);
             const T *v0 = in.vertex(t.vertex[h]), *v1 = in.vertex(t.to_vertex(h)),
-                    *f0 = out.inside_face(t.face[h]),
-                    *f1 = out.inside_face(t.face[t.twin[h]]);
+                    *f0 = out.inside_face(t.face(h)),
+                    *f1 = out.inside_face(t.face(t.twin[h]));
             for (int c = 0; c < C; ++c) {
                 out.inside_edge(e)[c] =
                     w * (f0[c] + f1[c]) + (T(0.5) - w) * (v0[c] + v1[c]);
@@ -369,7 +369,7 @@ void refine_polygons(const Points<const T, C>& in, const Points<T, C>& out,
             T sum[C] = {};
             int n = 0;
             t.for_each_outgoing(v, [&](Index h) {
-                const T *e = in.vertex(t.to_vertex(h)), *f = out.inside_face(t.face[h]);
+                const T *e = in.vertex(t.to_vertex(h)), *f = out.inside_face(t.face(h));
                 for (int c = 0; c < C; ++c)
                     sum[c] += e[c] + f[c];
                 ++n;

@@ -34,7 +34,7 @@ struct PatchLevel {
     const Topology& topology() const noexcept { return level.topology; }
     bool odd() const noexcept { return options.degree % 2 == 1; }
     Index cell_of(Index h) const noexcept {
-        return odd() ? topology().face[h] : topology().vertex[h];
+        return odd() ? topology().face(h) : topology().vertex[h];
     }
     /// Even degrees: corner 0 of a vertex' cell is the face of this halfedge.
     Index frame_halfedge(Index vertex) const noexcept {

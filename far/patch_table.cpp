@@ -112,7 +112,7 @@ std::vector<Cell> PatchTable::cells() const {
 }
 
 void PatchTable::add_cells(Index quarter, std::vector<Cell>& cells) const {
-    if (!has_surface(base_.face[quarter]))
+    if (!has_surface(base_.face(quarter)))
         return;
     const auto add = [&](auto&& self, Index node, Vec2<double> origin,
                          Vec2<double> x_axis) -> void {

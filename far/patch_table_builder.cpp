@@ -102,7 +102,7 @@ private:
             bool open = odd() && has_surface(cell);
             if (!odd()) {
                 t.for_each_outgoing(cell,
-                                    [&](Index h) { open |= has_surface(t.face[h]); });
+                                    [&](Index h) { open |= has_surface(t.face(h)); });
             }
             cells_[cell] = open ? Cover::Open : Cover::Hole;
         });
@@ -180,7 +180,7 @@ private:
                     for_each_corner_of(cell, [&](Index h) {
                         const Index c = child.children[h];
                         if (c != kInvalidIndex) {
-                            const bool hole = level_ == 0 && !has_surface(parent.face[h]);
+                            const bool hole = level_ == 0 && !has_surface(parent.face(h));
                             cells[c] = hole ? Cover::Hole : cells_[cell];
                             node[c] = level_ == 0          ? h
                                       : has_children(cell) ? k
@@ -224,7 +224,7 @@ private:
             });
             node = static_cast<Index>(parent - table_.nodes_.begin());
         }
-        const Index face = base.face[node];
+        const Index face = base.face(node);
         return fail(
             ErrorCode::NotIsolated,
             fmt::format("the surroundings of face {} do not become regular", face), face);
@@ -358,7 +358,7 @@ private:
         } else {
             Index k = 0;
             t.for_each_outgoing(cell, [&](Index h) {
-                if (has_surface(t.face[h]))
+                if (has_surface(t.face(h)))
                     cover(h, k);
                 ++k;
             });
@@ -401,10 +401,10 @@ private:
                 if (regular[t.vertex[h]])
                     continue;
                 t.for_each_outgoing(t.vertex[h], [&](Index out) {
-                    if (!ready[t.face[out]])
+                    if (!ready[t.face(out)])
                         return;
-                    ready[t.face[out]] = false;
-                    waiting.push_back(t.face[out]);
+                    ready[t.face(out)] = false;
+                    waiting.push_back(t.face(out));
                 });
             }
         }
@@ -466,7 +466,7 @@ private:
 
     /// Even degrees: a vertex' cell at level 0 may be a hole in part.
     bool is_hole_quarter(Index node) const {
-        return level_ == 0 && !has_surface(topology().face[node]);
+        return level_ == 0 && !has_surface(topology().face(node));
     }
 
     // ------------------------------------------------------------------ points

@@ -53,8 +53,6 @@ void link_root(const QuadGrids& g, Index root, Topology& t) {
                     left = first_column + (s - 1) * j - 1;
         for (Index i = 0; i < s; ++i, ++f, h += 4) {
             t.face_offsets[f] = h;
-            for (Index side = 0; side < 4; ++side)
-                t.face[h + side] = f;
             t.twin[h] = h - 4 * s + 2;
             t.twin[h + 1] = h + 4 + 3;
             t.twin[h + 2] = h + 4 * s;
@@ -165,7 +163,6 @@ Topology to_topology(const QuadGrids& g) {
     t.face_offsets.back() = g.n_halfedges();
     t.twin.resize(g.n_halfedges());
     t.edge.resize(g.n_halfedges());
-    t.face.resize(g.n_halfedges());
     t.vertex_halfedge.resize(g.n_vertices());
     const tbb::blocked_range<Index> roots(0, g.roots.n_faces(), grain(s));
     tbb::parallel_for(roots, [&](const tbb::blocked_range<Index>& range) {

@@ -304,7 +304,7 @@ StencilTable corner_rows(const RefinedLevel& level, const FaceCentres& centres,
                                  : kind(x) == PointKind::Curve ? 0.5
                                                                : 0.0;
         if (to_centre > 0) {
-            centres.for_each(t.face[h],
+            centres.for_each(t.face(h),
                              [&](Index v, double w) { row.add(v, to_centre * w); });
         }
         if (kind(x) != PointKind::Inner) {
@@ -339,7 +339,7 @@ std::vector<FaceKind> face_kinds(const Topology& t,
                                  const std::vector<PointKind>& points) {
     std::vector<FaceKind> kinds(t.n_faces(), FaceKind::Plain);
     for (Index h = 0; h < t.n_halfedges(); ++h) {
-        FaceKind& kind = kinds[t.face[h]];
+        FaceKind& kind = kinds[t.face(h)];
         if (points[t.vertex[h]] == PointKind::Pinned)
             kind = FaceKind::Pinned;
         else if (points[t.vertex[h]] == PointKind::Curve && kind == FaceKind::Plain)
@@ -456,7 +456,7 @@ private:
         const Index h = mesh_.vertex_halfedge[v];
         return h == kInvalidIndex || map_[4 * h] == kInvalidIndex
                    ? kInvalidIndex
-                   : level_.topology.face[map_[4 * h]];
+                   : level_.topology.face(map_[4 * h]);
     }
 
     void name_faces_of_base() {
@@ -492,7 +492,7 @@ private:
     // ---------------------------------------------------------------- later
 
     Index face_of_face(Index face) const {
-        return level_.topology.face[map_[4 * mesh_.face_offsets[face] + 2]];
+        return level_.topology.face(map_[4 * mesh_.face_offsets[face] + 2]);
     }
 
     void name_faces() {
@@ -517,7 +517,7 @@ private:
                 continue;
             RowSums row(rows_);
             row.add(parent_.rays[parent_.edge_rays[mesh_.edge[h]]].point, 0.5);
-            parent_centres_.for_each(mesh_.face[h],
+            parent_centres_.for_each(mesh_.face(h),
                                      [&](Index v, double w) { row.add(v, 0.5 * w); });
             row.end_row();
         }
@@ -583,7 +583,7 @@ private:
         std::vector<std::vector<Index>> ray_faces(level_.rays.size());
         for (Index h = 0; h < t.n_halfedges() && !level_.rays.empty(); ++h) {
             if (level_.edge_rays[t.edge[h]] != kInvalidIndex)
-                ray_faces[level_.edge_rays[t.edge[h]]].push_back(t.face[h]);
+                ray_faces[level_.edge_rays[t.edge[h]]].push_back(t.face(h));
         }
         std::vector<Index> ray_of_point(t.n_vertices(), kInvalidIndex);
         for (Index r = 0; r < level_.rays.size(); ++r)
@@ -597,7 +597,7 @@ private:
                     to_vertices.add(f, 1.0 / double(faces.size()));
             } else {
                 const double w = 1.0 / t.valence(v);
-                t.for_each_outgoing(v, [&](Index h) { to_vertices.add(t.face[h], w); });
+                t.for_each_outgoing(v, [&](Index h) { to_vertices.add(t.face(h), w); });
             }
             to_vertices.end_row();
         }

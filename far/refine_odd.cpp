@@ -25,7 +25,7 @@ Features child_features(const Topology& t, const Features& f) {
     }
     if (!f.hole.empty()) {
         for (Index h = 0; h < t.n_halfedges(); ++h)
-            child.hole.push_back(f.hole[t.face[h]]);
+            child.hole.push_back(f.hole[t.face(h)]);
     }
     if (f.edge_sharpness.empty())
         return child;

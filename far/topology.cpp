@@ -27,7 +27,7 @@ Topology build_topology(const Mesh& mesh) {
                 t.vertex_halfedge[v] = t.n_halfedges();
             t.vertex.push_back(v);
             t.edge.push_back(static_cast<Index>(h.edge().idx()));
-            t.face.push_back(static_cast<Index>(f.idx()));
+            t.faces.push_back(static_cast<Index>(f.idx()));
             h = h.next();
         } while (h != first);
         t.face_offsets.push_back(t.n_halfedges());
@@ -38,6 +38,8 @@ Topology build_topology(const Mesh& mesh) {
             t.twin[number[h.idx()]] = number[h.opp().idx()];
     }
     t.quads_only = has_only_quads(t);
+    if (t.quads_only)
+        t.faces = {};
     return t;
 }
 
@@ -89,7 +91,6 @@ Topology split(const Topology& t) {
     s.vertex.resize(4 * n);
     s.twin.resize(4 * n);
     s.edge.resize(4 * n);
-    s.face.resize(4 * n);
     s.vertex_halfedge.resize(first_face + t.n_faces());
 
     // The half of edge(h) next to the start of h. The lower halfedge of the pair owns the
@@ -104,7 +105,7 @@ Topology split(const Topology& t) {
             s.face_offsets[h + 1] = q + 4;
             s.vertex[q] = t.vertex[h];
             s.vertex[q + 1] = first_edge + t.edge[h];
-            s.vertex[q + 2] = first_face + t.face[h];
+            s.vertex[q + 2] = first_face + t.face(h);
             s.vertex[q + 3] = first_edge + t.edge[p];
             // Corner to edge middle to face centre to edge middle and back; see the header.
             s.twin[q] = t.is_border(h) ? kInvalidIndex : 4 * t.next(t.twin[h]) + 3;
@@ -115,8 +116,6 @@ Topology split(const Topology& t) {
             s.edge[q + 1] = 2 * t.n_edges + h;
             s.edge[q + 2] = 2 * t.n_edges + p;
             s.edge[q + 3] = other_half(p);
-            for (Index k = 0; k < 4; ++k)
-                s.face[q + k] = h;
             // The border's or the lowest halfedge at the middle of the edge that leaves h.
             const Index next = 4 * t.next(h) + 3;
             Index& out = s.vertex_halfedge[first_edge + t.edge[h]];
@@ -142,7 +141,7 @@ Topology dual(const Topology& t, std::vector<Index>* halfedge_map) {
     Topology d;
     d.face_offsets.reserve(t.n_vertices() + 1);
     d.vertex.reserve(n);
-    d.face.reserve(n);
+    d.faces.reserve(n);
     d.vertex_halfedge.assign(t.n_faces(), kInvalidIndex);
     std::vector<Index> source;
     source.reserve(n);
@@ -154,8 +153,8 @@ Topology dual(const Topology& t, std::vector<Index>* halfedge_map) {
         t.for_each_outgoing(v, [&](Index h) {
             map[h] = d.n_halfedges();
             source.push_back(h);
-            d.vertex.push_back(t.face[h]);
-            d.face.push_back(dual_face);
+            d.vertex.push_back(t.face(h));
+            d.faces.push_back(dual_face);
         });
         d.face_offsets.push_back(d.n_halfedges());
     }
@@ -213,17 +212,20 @@ Submesh submesh(const Topology& t, const Flags& keep) {
     r.n_edges = static_cast<Index>(s.edges.size());
 
     const auto number = [&](Index h) {
-        const Index f = h == kInvalidIndex ? kInvalidIndex : face[t.face[h]];
+        const Index f = h == kInvalidIndex ? kInvalidIndex : face[t.face(h)];
         return f == kInvalidIndex ? kInvalidIndex
-                                  : r.face_offsets[f] + (h - t.face_offsets[t.face[h]]);
+                                  : r.face_offsets[f] + (h - t.face_offsets[t.face(h)]);
     };
     const Index n_halfedges = r.face_offsets.back();
     s.halfedges.resize(n_halfedges);
-    for (auto* array : {&r.vertex, &r.twin, &r.edge, &r.face})
+    for (auto* array : {&r.vertex, &r.twin, &r.edge})
         array->resize(n_halfedges);
+    if (!r.quads_only)
+        r.faces.resize(n_halfedges);
     for_each_halfedge([&](Index f, Index k, Index h) {
         s.halfedges[k] = h;
-        r.face[k] = f;
+        if (!r.quads_only)
+            r.faces[k] = f;
         r.vertex[k] = vertex[t.vertex[h]];
         r.edge[k] = edge[t.edge[h]];
         r.twin[k] = number(t.twin[h]);
@@ -310,7 +312,8 @@ Topology with_border_strip(const Topology& t, const std::vector<Index>& borders,
             s.vertex.push_back(v);
             s.twin.push_back(kInvalidIndex);
             s.edge.push_back(kInvalidIndex);
-            s.face.push_back(s.n_faces());
+            if (!s.quads_only)
+                s.faces.push_back(s.n_faces());
         }
         s.face_offsets.push_back(s.n_halfedges());
         return first;

@@ -18,14 +18,14 @@ namespace osdx {
 /// are face_offsets[f] .. face_offsets[f + 1], counter-clockwise. Nothing lies outside of the
 /// border: an edge there has one halfedge. All functions are O(1) but valence().
 ///
-/// Shapes: face_offsets n_faces + 1; vertex, twin, edge, face n_halfedges;
+/// Shapes: face_offsets n_faces + 1; vertex, twin, edge n_halfedges; faces n_halfedges or none;
 /// vertex_halfedge n_vertices.
 struct Topology {
     Buffer<Index> face_offsets{0};
     Buffer<Index> vertex;  ///< where the halfedge starts
     Buffer<Index> twin;    ///< on the other side of the edge; kInvalidIndex at a border
     Buffer<Index> edge;    ///< shared with the twin
-    Buffer<Index> face;    ///< on the left of the halfedge
+    Buffer<Index> faces;   ///< what face() is; empty if quads_only
     /// One that starts here, the border's at a border vertex; kInvalidIndex if unused.
     Buffer<Index> vertex_halfedge;
     Index n_edges = 0;
@@ -43,17 +43,19 @@ struct Topology {
     Index face_size(Index f) const noexcept {
         return face_offsets[f + 1] - face_offsets[f];
     }
+    /// On the left of the halfedge.
+    Index face(Index h) const noexcept { return quads_only ? h / 4 : faces[h]; }
 
     Index next(Index h) const noexcept {
         if (quads_only)
             return (h & ~Index(3)) | ((h + 1) & 3);
-        const Index f = face[h];
+        const Index f = faces[h];
         return h + 1 == face_offsets[f + 1] ? face_offsets[f] : h + 1;
     }
     Index prev(Index h) const noexcept {
         if (quads_only)
             return (h & ~Index(3)) | ((h + 3) & 3);
-        const Index f = face[h];
+        const Index f = faces[h];
         return h == face_offsets[f] ? face_offsets[f + 1] - 1 : h - 1;
     }
     bool is_border(Index h) const noexcept { return twin[h] == kInvalidIndex; }

@@ -166,8 +166,11 @@ public:
 
     Status copy_faces() {
         number_halfedges();
-        for (auto* array : {&t_.vertex, &t_.face, &t_.twin})
-            array->resize(data_.face_vertices.size());
+        const std::size_t n_halfedges = data_.face_vertices.size();
+        t_.vertex.resize(n_halfedges);
+        t_.twin.resize(n_halfedges);
+        if (!t_.quads_only)
+            t_.faces.resize(n_halfedges);
         t_.vertex_halfedge = detail::filled(data_.positions.size(), kInvalidIndex);
         on_seam_ = detail::filled(data_.positions.size(), std::uint8_t(0));
         const Index bad = t_.quads_only ? copy<4>() : copy<0>();
@@ -222,7 +225,8 @@ private:
                     Index h = t_.face_offsets[f];
                     for (std::size_t k = 0; k < n; ++k, ++h) {
                         t_.vertex[h] = v[k];
-                        t_.face[h] = f;
+                        if (kCorners == 0)
+                            t_.faces[h] = f;
                         // Any one will do.
                         std::atomic_ref(t_.vertex_halfedge[v[k]])
                             .store(h, std::memory_order_relaxed);
@@ -439,7 +443,7 @@ private:
                                   sides[end].high == s.high;)
                 ++end;
             if (end - begin > 2) {
-                const Index f = t_.face[sides[begin + 2].halfedge];
+                const Index f = t_.face(sides[begin + 2].halfedge);
                 return fail(
                     ErrorCode::NonManifoldEdge,
                     fmt::format("face {} is number 3 of {} at the edge of vertices {} "
@@ -449,14 +453,14 @@ private:
             }
             if (end - begin < 2)
                 continue;
-            const Index a = s.halfedge, b = sides[begin + 1].halfedge, f = t_.face[b];
+            const Index a = s.halfedge, b = sides[begin + 1].halfedge, f = t_.face(b);
             if (t_.vertex[a] == t_.vertex[b]) {
                 return fail(
                     ErrorCode::OppositeFaces,
                     fmt::format(
                         "face {} and face {} have opposite orientations: both run "
                         "from vertex {} to {}",
-                        f, t_.face[a], t_.vertex[a], t_.to_vertex(a)),
+                        f, t_.face(a), t_.vertex[a], t_.to_vertex(a)),
                     f, line_of(data_.face_lines, f));
             }
         }

@@ -43,8 +43,8 @@ UniformRefinement::UniformRefinement(Topology base, int degree, int n_levels,
         sharpness_.split_edges(*polygons_, roots_);
         if (!features_.hole.empty()) {
             std::vector<bool> hole;
-            for (const Index f : polygons_->face)
-                hole.push_back(features_.hole[f]);
+            for (Index h = 0; h < polygons_->n_halfedges(); ++h)
+                hole.push_back(features_.hole[polygons_->face(h)]);
             features_.hole = std::move(hole);
         }
     }

@@ -103,7 +103,7 @@ std::vector<bool> faces_at_creases(const Topology& base, const Features& feature
         if (base.is_border(h) || features.edge(base.edge[h]) < kInfinitelySharp)
             continue;
         base.for_each_outgoing(base.vertex[h],
-                               [&](Index out) { faces[base.face[out]] = true; });
+                               [&](Index out) { faces[base.face(out)] = true; });
     }
     return faces;
 }
@@ -156,7 +156,7 @@ Result<Sums> measure_one_way(const Topology& base, const Features& features,
         sums.squares += weight * best.distance * best.distance;
         ++sums.n;
 
-        const bool one_side = at_crease[base.face[q.quarter]];
+        const bool one_side = at_crease[base.face(q.quarter)];
         const Vec3<double> none(0),
             a = clear_normal(s),
             b = clear_normal(one_side ? closest(q, AtCrease::Stop).jet : best.jet);
@@ -179,7 +179,7 @@ Result<Sums> measure_one_way(const Topology& base, const Features& features,
         tbb::blocked_range<Index>(0, base.n_halfedges(), 16), Sums{},
         [&](const auto& range, Sums sums) {
             for (Index q = range.begin(); q < range.end(); ++q) {
-                if (!is_hole(features, base.face[q]))
+                if (!is_hole(features, base.face(q)))
                     measure_quarter(q, sums);
             }
             return sums;
@@ -210,7 +210,7 @@ ClosestPoint closest_point(const Topology& base, const Features& features,
         const Index h = halfedge_of_side(base, quarter, side);
         if (h == kInvalidIndex)
             return false;
-        return base.is_border(h) || is_hole(features, base.face[base.twin[h]]) ||
+        return base.is_border(h) || is_hole(features, base.face(base.twin[h])) ||
                (at_crease == AtCrease::Stop && is_sharp(quarter, side));
     };
     ClosestPoint best;
@@ -314,7 +314,7 @@ Result<double> isolation_error(const Topology& base, const Features& features,
         worst = std::max(worst, there.distance);
     };
     for (Index quarter = 0; quarter < base.n_halfedges(); ++quarter) {
-        if (is_hole(bordered, base.face[quarter]))
+        if (is_hole(bordered, base.face(quarter)))
             continue;
         double r = 1;
         for (int k = 0; k < isolation + 4; ++k, r /= 2) {

@@ -104,7 +104,7 @@ void measure_cell(const Surface& surface, const Cell& cell, int rate, Jumps& jum
             if (quarter_side >= 0) {
                 there = cross_side(base, here, quarter_side);
                 if (there.quarter == kInvalidIndex ||
-                    !table.has_surface(base.face[there.quarter]))
+                    !table.has_surface(base.face(there.quarter)))
                     break;
                 const Index h = halfedge_of_side(base, here.quarter, quarter_side);
                 is_sharp = h != kInvalidIndex &&
@@ -142,7 +142,7 @@ Continuity measure_continuity(const Surface& surface, int rate) {
         tbb::blocked_range<std::size_t>(0, cells.size(), 64), Jumps{},
         [&](const auto& range, Jumps j) {
             for (std::size_t i = range.begin(); i < range.end(); ++i) {
-                if (surface.patches().has_surface(surface.base().face[cells[i].quarter]))
+                if (surface.patches().has_surface(surface.base().face(cells[i].quarter)))
                     measure_cell(surface, cells[i], rate, j);
             }
             return j;

@@ -35,7 +35,7 @@ struct Pattern {
     Pattern(Index n, int rate) : n_(static_cast<int>(n)), rate_(rate) {
         // A mesh of this face alone, whose halfedges are its corners.
         base_.face_offsets = {0, n};
-        base_.face.assign(n, 0);
+        base_.faces.assign(n, 0);
         std::vector<Index> outer = add_ring(0);
         int k = 0;
         for (; rate - 2 * k >= 2; ++k) {
@@ -230,7 +230,7 @@ private:
         tbb::parallel_for(tbb::blocked_range<Index>(0, n, 1024), [&](const auto& range) {
             for (Index v = range.begin(); v < range.end(); ++v) {
                 base_.for_each_outgoing(v, [&](Index h) {
-                    if (vertex_owner_[v] == kInvalidIndex && !is_hole(base_.face[h]))
+                    if (vertex_owner_[v] == kInvalidIndex && !is_hole(base_.face(h)))
                         vertex_owner_[v] = h;
                     has_sharp[v] |= is_sharp(base_.edge[h]);
                 });
@@ -265,7 +265,7 @@ private:
         }
         for (std::size_t i = 0; i < ring.size(); ++i) {
             const Index h = ring[i];
-            if (is_hole(base_.face[h]) || fan[i] == own_fan)
+            if (is_hole(base_.face(h)) || fan[i] == own_fan)
                 continue;
             Index& side = fan_side[fan[i]];
             if (side == kInvalidIndex) {
@@ -283,7 +283,7 @@ private:
         edge_side_.assign(base_.n_edges, kInvalidIndex);
         for (Index h = 0; h < base_.n_halfedges(); ++h) {
             const Index e = base_.edge[h];
-            if (is_hole(base_.face[h]))
+            if (is_hole(base_.face(h)))
                 continue;
             if (edge_owner_[e] == kInvalidIndex) {
                 edge_owner_[e] = h;

@@ -72,7 +72,7 @@ TextureJet TextureSurface::interpolate(const QuarterPoint& where) const noexcept
         const std::size_t v = t.vertex[h];
         return Vec2<double>(values_[2 * v], values_[2 * v + 1]);
     };
-    const Index face = t.face[where.quarter], first = t.face_offsets[face],
+    const Index face = t.face(where.quarter), first = t.face_offsets[face],
                 n = t.face_size(face);
     // The corners of the bilinear patch, from (0,0) counter-clockwise.
     std::array<Vec2<double>, 4> p;

@@ -58,7 +58,7 @@ TEST(Address, RoundTrip) {
         for (Index h = 0; h < t.n_halfedges(); ++h) {
             for (const auto& p : inner_points()) {
                 const Address a = to_address(t, {h, p.x, p.y});
-                EXPECT_EQ(a.face, t.face[h]);
+                EXPECT_EQ(a.face, t.face(h));
                 expect_same(to_quarter(t, a), {h, p.x, p.y});
             }
         }
@@ -69,7 +69,7 @@ TEST(Address, QuadHasTheUnitSquare) {
     const Topology t = test::topology_of(test::cube());
     const double corner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     for (Index h = 0; h < t.n_halfedges(); ++h) {
-        const Index i = h - t.face_offsets[t.face[h]];
+        const Index i = h - t.face_offsets[t.face(h)];
         const auto& here = corner[i];
         const auto& next = corner[(i + 1) % 4];
         const auto& before = corner[(i + 3) % 4];
@@ -141,7 +141,7 @@ TEST(Address, OutOfRangeIsClamped) {
         for (const double u : {-3.0, 0.75, 2.5, 100.0}) {
             for (const double v : {-3.0, 0.75, 2.5, 100.0}) {
                 const QuarterPoint q = to_quarter(t, {0, u, v});
-                EXPECT_EQ(t.face[q.quarter], 0u);
+                EXPECT_EQ(t.face(q.quarter), 0u);
                 EXPECT_TRUE(q.x >= 0 && q.x <= 1 && q.y >= 0 && q.y <= 1);
             }
         }
@@ -198,7 +198,7 @@ Vec3<double> position(const Topology& t, const std::vector<Vec3<double>>& points
     const auto leaving = 0.5 * (corner + points[t.to_vertex(h)]);
     const auto entering = 0.5 * (corner + points[t.vertex[t.prev(h)]]);
     Vec3<double> centre(0.0);
-    const Index f = t.face[h];
+    const Index f = t.face(h);
     for (Index g = t.face_offsets[f]; g < t.face_offsets[f + 1]; ++g)
         centre += points[t.vertex[g]] / double(t.face_size(f));
     return (1 - p.x) * (1 - p.y) * corner + p.x * (1 - p.y) * leaving +
@@ -255,7 +255,7 @@ TEST(Address, SidesLieOnTheirEdges) {
             EXPECT_EQ(h == kInvalidIndex, side == 1 || side == 2);
             if (h == kInvalidIndex)
                 continue;
-            EXPECT_EQ(t.face[h], t.face[q]);
+            EXPECT_EQ(t.face(h), t.face(q));
             // Quarters run from a corner: the first half of a side, the second of another.
             const QuarterPoint p = on_side(q, side, 0.5);
             expect_same_position(
@@ -273,7 +273,7 @@ TEST(Address, EdgePointRunsAlongTheEdge) {
             for (int k = 0; k <= 8; ++k) {
                 const double s = k / 8.0;
                 const QuarterPoint p = edge_point(t, h, s);
-                EXPECT_EQ(t.face[p.quarter], t.face[h]);
+                EXPECT_EQ(t.face(p.quarter), t.face(h));
                 const auto expected = (1 - s) * mesh.positions[t.vertex[h]] +
                                       s * mesh.positions[t.to_vertex(h)];
                 expect_same_position(position(t, mesh.positions, p), expected);

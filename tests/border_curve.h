@@ -123,7 +123,7 @@ inline BorderError border_error(const Surface& surface, int rate = 7) {
     const double diagonal = bounding_diagonal(surface.points().first(base.n_vertices()));
     BorderError error;
     for (Index h = 0; h < base.n_halfedges(); ++h) {
-        if (!curves.is_border(h) || !surface.patches().has_surface(base.face[h]))
+        if (!curves.is_border(h) || !surface.patches().has_surface(base.face(h)))
             continue;
         for (int i = 0; i <= rate; ++i) {
             const double t = double(i) / rate;

@@ -99,7 +99,7 @@ std::pair<double, double> distances(const Patches& from, const Patches& to) {
     };
     std::pair<double, double> max{0, 0};
     for (Index q = 0; q < from.table.base().n_halfedges(); ++q) {
-        if (!from.table.has_surface(from.table.base().face[q]))
+        if (!from.table.has_surface(from.table.base().face(q)))
             continue;
         for (int level = 0; level < 7; ++level) {
             for (const auto& [x, y] :

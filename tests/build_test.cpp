@@ -188,7 +188,7 @@ Change change_of(const PatchTable& table, const std::vector<Index>& vertices) {
     }
     for (const Cell& cell : table.cells()) {
         if (patch_moved[cell.patch])
-            face_moved[table.base().face[cell.quarter]] = true;
+            face_moved[table.base().face(cell.quarter)] = true;
     }
     for (Index f = 0; f < table.base().n_faces(); ++f) {
         if (face_moved[f])

@@ -192,7 +192,7 @@ struct Limit {
     ClosestPoint closest(const Vec3<double>& target, const QuarterPoint& start,
                          AtCrease at_crease = AtCrease::Cross) const {
         const SurfaceFunction checked = [&](const QuarterPoint& q) {
-            EXPECT_FALSE(is_hole(base.face[q.quarter]));
+            EXPECT_FALSE(is_hole(base.face(q.quarter)));
             return surface->evaluate(to_address(base, q));
         };
         return closest_point(base, features, checked, target, start, 1e-13, at_crease);
@@ -279,7 +279,7 @@ TEST(ClosestPoint, WalksAroundHoles) {
         // A point that lies in the hole, near its side.
         const Vec3<double> target = whole.function()({h, 0.9, 0.1}).p;
         const ClosestPoint c = s.closest(target, {outer, 0.5, 0.5});
-        EXPECT_EQ(s.base.face[c.at.quarter], s.base.face[outer]);
+        EXPECT_EQ(s.base.face(c.at.quarter), s.base.face(outer));
         EXPECT_GT(c.distance, 0.01);
         EXPECT_LT(c.distance, 0.1);
         EXPECT_TRUE(c.at.x == 0 || c.at.y == 0);
@@ -297,9 +297,9 @@ TEST(ClosestPoint, CrossesCreasesOrStopsThere) {
         const QuarterPoint start{outer, 0.3, 0.6};
         const ClosestPoint across = s.closest(target, start);
         EXPECT_LT(across.distance, 1e-12);
-        EXPECT_EQ(s.base.face[across.at.quarter], 0u);
+        EXPECT_EQ(s.base.face(across.at.quarter), 0u);
         const ClosestPoint stopped = s.closest(target, start, AtCrease::Stop);
-        EXPECT_NE(s.base.face[stopped.at.quarter], 0u);
+        EXPECT_NE(s.base.face(stopped.at.quarter), 0u);
         // Where the faces meet at an acute angle the foot is inside: along the normal.
         const SurfaceJet<double> foot = f(stopped.at);
         const Vec3<double> r = target - foot.p;
@@ -388,7 +388,7 @@ TEST(Comparison, LeavesHolesOut) {
     const Features bordered = with_border(whole.base, f);
     const auto never_in_holes = [&](const SurfaceFunction& surface) -> SurfaceFunction {
         return [&whole, surface](const QuarterPoint& q) {
-            EXPECT_EQ(whole.base.face[q.quarter], 4u);
+            EXPECT_EQ(whole.base.face(q.quarter), 4u);
             return surface(q);
         };
     };

@@ -43,7 +43,7 @@ std::vector<EdgePoint> edge_points(const Surface& s) {
     const PatchTable& table = s.patches();
     std::vector<EdgePoint> points;
     for (const Cell& cell : table.cells()) {
-        if (!table.has_surface(s.base().face[cell.quarter]))
+        if (!table.has_surface(s.base().face(cell.quarter)))
             continue;
         for (int side = 0; side < 4; ++side) {
             const Vec2<double> along = turn(cell.x_axis, side), out = turn(along, 3);
@@ -65,7 +65,7 @@ std::vector<EdgePoint> edge_points(const Surface& s) {
                     return table.locate(at, out);
                 at = cross_side(s.base(), at, crossed);
                 if (at.quarter == kInvalidIndex ||
-                    !table.has_surface(s.base().face[at.quarter]))
+                    !table.has_surface(s.base().face(at.quarter)))
                     return PatchPoint{};
                 const Index h = halfedge_of_side(s.base(), cell.quarter, crossed);
                 is_sharp = h != kInvalidIndex &&
@@ -517,7 +517,7 @@ TEST(ContinuityAtBorders, CurvesAreBSplineCurvesFromBothSides) {
             int n_compared = 0;
             for (const SharpCurve& c : curves) {
                 for (std::size_t i = 0; i < c.halfedges.size(); ++i) {
-                    if (!s.patches().has_surface(s.base().face[c.halfedges[i]]))
+                    if (!s.patches().has_surface(s.base().face(c.halfedges[i])))
                         continue;
                     for (const double u : {0.0, 0.07, 0.25, 0.4, 0.5, 0.66, 0.9, 1.0}) {
                         const double t = double(i) + u, reach = 0.5 * (d + 1);
@@ -568,7 +568,7 @@ TEST(ContinuityAtBorders, PinnedVerticesAreOnTheSurface) {
                 t.for_each_edge(v, [&](Index e, Index) {
                     n_sharp += s.features().edge(e) >= kInfinitelySharp;
                 });
-                if (!s.patches().has_surface(t.face[h]) ||
+                if (!s.patches().has_surface(t.face(h)) ||
                     (s.features().vertex(v) < kInfinitelySharp && n_sharp < 3))
                     continue;
                 const auto p = s.evaluate(to_address(t, {h, 0, 0})).p;
@@ -626,8 +626,8 @@ TEST(ContinuityAtBorders, CellsCoverWhatIsNoHole) {
                 ASSERT_TRUE(at.a >= 0 && at.a <= 1 && at.b >= 0 && at.b <= 1);
             }
             for (Index q = 0; q < base.n_halfedges(); ++q) {
-                const bool hole = !f.hole.empty() && f.hole[base.face[q]];
-                ASSERT_EQ(table->has_surface(base.face[q]), !hole);
+                const bool hole = !f.hole.empty() && f.hole[base.face(q)];
+                ASSERT_EQ(table->has_surface(base.face(q)), !hole);
                 ASSERT_EQ(area[q], hole ? 0 : 1) << name << " d" << d << " quarter " << q;
             }
         }
@@ -675,7 +675,7 @@ TEST(ContinuityAtBorders, RegularBordersAndCreasesStayAtLevelZero) {
 std::vector<Address> some_addresses(const Surface& s) {
     std::vector<Address> result;
     for (Index q = 0; q < s.base().n_halfedges(); ++q) {
-        if (!s.patches().has_surface(s.base().face[q]) || q % 3 != 0)
+        if (!s.patches().has_surface(s.base().face(q)) || q % 3 != 0)
             continue;
         for (const auto& [x, y] : {std::pair(0.0, 0.0), std::pair(0.4, 0.0),
                                    std::pair(0.1, 0.03), std::pair(0.8, 0.6)})

@@ -110,7 +110,7 @@ TEST(FaceVarying, IsManifoldAndAgreesAcrossItsEdges) {
             const FaceVarying f = build(t, {}, values, FaceVaryingRule::CornersPlus2);
             const Topology& cut = f.topology;
             EXPECT_EQ(cut.face_offsets, t.face_offsets);
-            EXPECT_EQ(cut.face, t.face);
+            EXPECT_EQ(cut.faces, t.faces);
             expect_manifold(cut);
             for (Index h = 0; h < t.n_halfedges(); ++h) {
                 ASSERT_EQ(f.values[cut.vertex[h]], values[h]);
@@ -212,7 +212,7 @@ TEST(FaceVaryingRefuses, ChaikinsRuleAcrossSeams) {
     const Topology t = topology_of(mesh);
     std::vector<Index> values;
     for (Index h = 0; h < t.n_halfedges(); ++h)
-        values.push_back(2 * t.vertex[h] + Index(t.face[h] >= 4));  // i >= 2
+        values.push_back(2 * t.vertex[h] + Index(t.face(h) >= 4));  // i >= 2
     Features features;
     features.creases = CreaseMethod::Chaikin;
     features.edge_sharpness.assign(t.n_edges, 0);

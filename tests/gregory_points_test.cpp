@@ -287,7 +287,7 @@ Vec3<double> apply_mask(const FanMask& mask, const Topology& t, const Net& point
         Vec3<double> c(0);
         Index g = h;
         do {
-            c += points[t.vertex[g]] / double(t.face_size(t.face[h]));
+            c += points[t.vertex[g]] / double(t.face_size(t.face(h)));
             g = t.next(g);
         } while (g != h);
         sum += mask[k++] * c;
@@ -447,7 +447,7 @@ TEST(GregoryPoints, SharedPointsAreEqualOnBothSides) {
         for (Index f = 0; f < t.n_faces(); ++f)
             nets.push_back(model.points(f));
         const auto point = [&](Index h, int kind) {
-            return nets[t.face[h]][5 * (h - t.face_offsets[t.face[h]]) + kind];
+            return nets[t.face(h)][5 * (h - t.face_offsets[t.face(h)]) + kind];
         };
         for (Index h = 0; h < t.n_halfedges(); ++h) {
             const Index twin = t.twin[h];
@@ -501,7 +501,7 @@ struct Joins {
         for (Index f = 0; f < t.n_faces(); ++f)
             nets.push_back(model.points(f, options));
         const auto at = [&](Index h, double s) {
-            const Index f = t.face[h];
+            const Index f = t.face(h);
             const auto n = static_cast<int>(t.face_size(f));
             const GregoryBasis basis(
                 n, options.centre ? CentrePoint::Given : CentrePoint::None);
@@ -590,7 +590,7 @@ TEST(GregoryPoints, SmoothCornersOfOneFaceHaveTheLimitNormal) {
         const Model model(mesh.name, mesh.data);
         const Topology& t = model.topology;
         for (Index h = 0; h < t.n_halfedges(); ++h) {
-            const Index f = t.face[h];
+            const Index f = t.face(h);
             const auto n = static_cast<int>(t.face_size(f));
             const auto i = static_cast<int>(h - t.face_offsets[f]);
             const GregoryBasis basis(n);
@@ -647,7 +647,7 @@ TEST(GregoryPoints, BordersAndCreasesAreTheCubicBSpline) {
             if (!p0 || !p3)
                 continue;
             ++n_borders;
-            const Index f = t.face[h];
+            const Index f = t.face(h);
             const auto n = static_cast<int>(t.face_size(f));
             const Net net = model.points(f);
             for (const double s : {0.0, 0.2, 0.5, 0.9, 1.0}) {

@@ -49,7 +49,7 @@ bool is_finite(const SurfaceJet<double>& s) {
 /// A quarter in which the surface has a value that is no number, if there is one.
 std::optional<Index> find_not_finite(const Surface& s) {
     for (Index q = 0; q < s.base().n_halfedges(); ++q) {
-        if (!s.patches().has_surface(s.base().face[q]))
+        if (!s.patches().has_surface(s.base().face(q)))
             continue;
         for (const auto& [x, y] : {std::pair(0.0, 0.0), std::pair(0.3, 0.6),
                                    std::pair(1.0, 0.5), std::pair(1.0, 1.0)}) {

@@ -126,7 +126,7 @@ FaceMap descend(const Topology& ours, const Far::TopologyLevel& theirs,
                 const Far::TopologyLevel& children, const FaceMap& map) {
     FaceMap child;
     for (Index h = 0; h < ours.n_halfedges(); ++h) {
-        const Index f = ours.face[h];
+        const Index f = ours.face(h);
         const int corner = static_cast<int>(h - ours.face_offsets[f]) + map.shift[f];
         const int wrapped = corner % static_cast<int>(ours.face_size(f));
         const int face = theirs.GetFaceChildFaces(map.face[f])[wrapped];
@@ -143,7 +143,7 @@ void split_linearly(Topology& t, std::vector<Vec2<double>>& values) {
     std::vector<Vec2<double>> edges(t.n_edges), faces(t.n_faces(), Vec2<double>(0));
     for (Index h = 0; h < t.n_halfedges(); ++h) {
         edges[t.edge[h]] = 0.5 * (values[t.vertex[h]] + values[t.to_vertex(h)]);
-        faces[t.face[h]] += values[t.vertex[h]] / double(t.face_size(t.face[h]));
+        faces[t.face(h)] += values[t.vertex[h]] / double(t.face_size(t.face(h)));
     }
     values.insert(values.end(), edges.begin(), edges.end());
     values.insert(values.end(), faces.begin(), faces.end());
@@ -216,7 +216,7 @@ std::optional<double> difference(const MeshData& mesh, BoundaryRule boundary,
         const Topology& t = refinement.topology(l);
         EXPECT_EQ(ours.size(), t.n_vertices());
         for (Index h = 0; h < t.n_halfedges(); ++h) {
-            const Index f = t.face[h];
+            const Index f = t.face(h);
             const auto values = refiner->GetLevel(l).GetFaceFVarValues(map.face[f], 0);
             const int c = static_cast<int>(h - t.face_offsets[f]) + map.shift[f];
             worst = std::max(worst,

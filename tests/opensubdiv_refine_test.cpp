@@ -137,7 +137,7 @@ void descend(const Topology& ours, const Far::TopologyLevel& theirs,
     std::vector<int> of_edge(ours.n_edges, -1);
     for (Index h = 0; h < ours.n_halfedges(); ++h) {
         // By face and corner: two vertices may have several edges in common.
-        const int f = map.face[ours.face[h]];
+        const int f = map.face[ours.face(h)];
         const int corner =
             theirs.GetFaceVertices(f).FindIndex(map.vertex[ours.vertex[h]]);
         ASSERT_GE(corner, 0);
@@ -148,7 +148,7 @@ void descend(const Topology& ours, const Far::TopologyLevel& theirs,
     for (Index f = 0; f < ours.n_faces(); ++f)
         child.vertex.push_back(theirs.GetFaceChildVertex(map.face[f]));
     for (Index h = 0; h < ours.n_halfedges(); ++h) {
-        const int f = map.face[ours.face[h]];
+        const int f = map.face[ours.face(h)];
         const auto corners = theirs.GetFaceVertices(f);
         const int corner = corners.FindIndex(map.vertex[ours.vertex[h]]);
         ASSERT_GE(corner, 0);

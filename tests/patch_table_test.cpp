@@ -303,7 +303,7 @@ bool is_face(const Topology& t, const std::vector<Index>& corners) {
     bool found = false;
     t.for_each_outgoing(corners[0], [&](Index h) {
         if (found || t.to_vertex(h) != corners[1] ||
-            t.face_size(t.face[h]) != corners.size())
+            t.face_size(t.face(h)) != corners.size())
             return;
         found = true;
         for (const Index v : corners) {
@@ -403,7 +403,7 @@ Point bilinear(const Point& p00, const Point& p10, const Point& p11, const Point
 Point position(const Topology& t, const std::vector<Point>& points, const MeshPoint& at) {
     const Point& corner = points[t.vertex[at.h]];
     Point centre(0.0);
-    const Index f = t.face[at.h];
+    const Index f = t.face(at.h);
     for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
         centre += points[t.vertex[h]] / double(t.face_size(f));
     return bilinear(corner, 0.5 * (corner + points[t.to_vertex(at.h)]), centre,
@@ -420,11 +420,11 @@ MeshPoint next_level(const Topology& t, const Topology& child, bool odd,
     // The quarter is the cell of vertex h of the child, and the faces around that vertex
     // are those of the vertex, edge, face and edge at the corners of the quarter.
     const Index face[4] = {t.vertex[at.h], t.n_vertices() + t.edge[at.h],
-                           t.n_vertices() + t.n_edges + t.face[at.h],
+                           t.n_vertices() + t.n_edges + t.face(at.h),
                            t.n_vertices() + t.edge[t.prev(at.h)]};
     Index outgoing = kInvalidIndex;
     child.for_each_outgoing(at.h, [&](Index h) {
-        if (child.face[h] == face[k])
+        if (child.face(h) == face[k])
             outgoing = h;
     });
     return {outgoing, 1.0 - in_child};

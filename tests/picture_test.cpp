@@ -758,7 +758,7 @@ TEST(PictureErrors, NameTheReason) {
     broken.surface = [&](const QuarterPoint& at) {
         SurfaceJet<double> jet = sphere(at);
         // The centre only, so that no other face has the point too.
-        if (sphere.base->face[at.quarter] == 2 && at.x == 1 && at.y == 1)
+        if (sphere.base->face(at.quarter) == 2 && at.x == 1 && at.y == 1)
             jet.p.y = nan;
         return jet;
     };

@@ -544,7 +544,7 @@ PartMap descend(const Refinement& part, const Refinement& whole, int l,
         Index& v = map.vertices[t.vertex[h]];
         EXPECT_TRUE(v == kInvalidIndex || v == full.vertex[g]);
         v = full.vertex[g];
-        EXPECT_EQ(t.face_size(t.face[h]), full.face_size(full.face[g]));
+        EXPECT_EQ(t.face_size(t.face(h)), full.face_size(full.face(g)));
         open.emplace_back(t.next(h), full.next(g));
         if (t.is_border(h)) {
             // A border that is none of the whole mesh is a gap.
@@ -569,7 +569,7 @@ PartMap descend(const Refinement& part, const Refinement& whole, int l,
         const Index g = map.halfedges[t.face_offsets[j.face]];
         if (g == kInvalidIndex)
             continue;
-        const auto found = std::ranges::find(w.junctions, full.face[g], &Junction::face);
+        const auto found = std::ranges::find(w.junctions, full.face(g), &Junction::face);
         EXPECT_NE(found, w.junctions.end());
         if (found == w.junctions.end())
             continue;

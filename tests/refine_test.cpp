@@ -376,7 +376,7 @@ TEST(Refine, IsTheTensorProductMaskOnARegularGrid) {
         const double tolerance = 2 * rounding(r) * largest(mesh.positions);
         for (Index h = 0; h < t.n_halfedges(); ++h) {
             // Face (i, j) lies between vertex (i, j) and (i + 1, j + 1), modulo m and n.
-            const Index f = t.face[h], v = t.vertex[h];
+            const Index f = t.face(h), v = t.vertex[h];
             const int i = int(v / n), j = int(v % n);
             const int face_i = int(f / n), face_j = int(f % n);
             if (d % 2 == 0) {

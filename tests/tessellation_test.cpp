@@ -171,7 +171,7 @@ struct Facets {
 
     SurfaceJet<double> operator()(const QuarterPoint& q) const {
         const auto corner = [&](Index h) { return mesh.positions[base.vertex[h]]; };
-        const Index f = base.face[q.quarter];
+        const Index f = base.face(q.quarter);
         Vec3<double> centre(0);
         for (Index h = base.face_offsets[f]; h < base.face_offsets[f + 1]; ++h)
             centre += corner(h) / double(base.face_size(f));
@@ -193,7 +193,7 @@ void expect_border(const Tessellation& t, const Topology& base, const Features& 
                    int rate) {
     const auto is_there = [&](Index h) {
         return h != kInvalidIndex &&
-               (features.hole.empty() || !features.hole[base.face[h]]);
+               (features.hole.empty() || !features.hole[base.face(h)]);
     };
     std::size_t n_border = 0;
     for (Index h = 0; h < base.n_halfedges(); ++h)
@@ -236,7 +236,7 @@ TEST(Tessellation, LeavesHolesOut) {
             features.hole[f] = f % 3 == 0 || f == 1;
         std::atomic<bool> inside_hole = false;
         const auto surface = [&](const QuarterPoint& q) {
-            if (features.hole[base.face[q.quarter]])
+            if (features.hole[base.face(q.quarter)])
                 inside_hole = true;
             return Facets{m.data, base}(q);
         };
@@ -270,7 +270,7 @@ double tag_of(const Facets& facets, const QuarterPoint& q) {
 
 /// A jet whose normal, in the upper half space, tells the face and the place in it.
 SurfaceJet<double> tagged_jet(const Facets& facets, const QuarterPoint& q) {
-    const double x = 0.001 * (facets.base.face[q.quarter] + 1);
+    const double x = 0.001 * (facets.base.face(q.quarter) + 1);
     return {{}, {1, 0, x}, {0, 1, tag_of(facets, q)}, {}, {}, {}};
 }
 Index tagged_face(const Vec3<double>& normal) {
@@ -360,7 +360,7 @@ TEST(Tessellation, HasANormalForEachSideOfSharpEdges) {
                         ASSERT_TRUE(q.x == 0 || q.y == 0);
                         const Index h = q.y == 0 ? q.quarter : base.prev(q.quarter);
                         ASSERT_FALSE(base.is_border(h));
-                        ASSERT_EQ(from, base.face[base.twin[h]]);
+                        ASSERT_EQ(from, base.face(base.twin[h]));
                         ASSERT_LT(features.edge(base.edge[h]), kInfinitelySharp);
                     }
                 }
@@ -380,8 +380,8 @@ TEST(Tessellation, HasANormalForEachSideOfSharpEdges) {
                     const Index h = q.y == 0 ? q.quarter : base.prev(q.quarter);
                     const bool two = !base.is_border(h) &&
                                      features.edge(base.edge[h]) >= kInfinitelySharp &&
-                                     !features.hole[base.face[h]] &&
-                                     !features.hole[base.face[base.twin[h]]];
+                                     !features.hole[base.face(h)] &&
+                                     !features.hole[base.face(base.twin[h])];
                     ASSERT_EQ(normals_of_point[p].size(), two ? 2u : 1u);
                 } else {
                     ASSERT_EQ(normals_of_point[p].size(), 1u);

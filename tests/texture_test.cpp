@@ -95,7 +95,7 @@ TEST(Texture, LinearRuleIsTheLimitOfLinearSubdivision) {
         for (const Index i : mesh.face_uvs)
             uvs.push_back(mesh.uvs[i]);
         for (Index h = 0; h < base.n_halfedges(); ++h) {
-            const Index f = base.face[h];
+            const Index f = base.face(h);
             Vec centre(0);
             for (Index g = base.face_offsets[f]; g < base.face_offsets[f + 1]; ++g)
                 centre += uvs[g] / double(base.face_size(f));

@@ -21,7 +21,7 @@ void expect_consistent(const Topology& t, Index n_border = 0) {
     ASSERT_EQ(t.face_offsets.back(), t.n_halfedges());
     ASSERT_EQ(t.twin.size(), t.n_halfedges());
     ASSERT_EQ(t.edge.size(), t.n_halfedges());
-    ASSERT_EQ(t.face.size(), t.n_halfedges());
+    ASSERT_EQ(t.faces.size(), t.quads_only ? 0 : t.n_halfedges());
     ASSERT_EQ(t.n_halfedges() + n_border, 2 * t.n_edges);
     ASSERT_EQ(std::ranges::count(t.twin, kInvalidIndex), n_border);
     std::vector<int> edge_uses(t.n_edges, 0);
@@ -29,7 +29,7 @@ void expect_consistent(const Topology& t, Index n_border = 0) {
     for (Index f = 0; f < t.n_faces(); ++f) {
         ASSERT_GE(t.face_size(f), 3u);
         for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h) {
-            ASSERT_EQ(t.face[h], f);
+            ASSERT_EQ(t.face(h), f);
             const Index last = t.face_offsets[f + 1] - 1;
             ASSERT_EQ(t.next(h), h == last ? t.face_offsets[f] : h + 1);
         }
@@ -227,7 +227,7 @@ TEST(Topology, SplitNumbersAsItSays) {
         const Index first_edge = t.n_vertices(), first_face = first_edge + t.n_edges;
         for (Index h = 0; h < t.n_halfedges(); ++h) {
             const std::vector<Index> quad = {t.vertex[h], first_edge + t.edge[h],
-                                             first_face + t.face[h],
+                                             first_face + t.face(h),
                                              first_edge + t.edge[t.prev(h)]};
             ASSERT_EQ(face_of(s, h), quad) << "halfedge " << h;
         }
@@ -264,8 +264,8 @@ TEST(Topology, DualMapsHalfedgesAsItSays) {
         for (Index h = 0; h < t.n_halfedges(); ++h) {
             ASSERT_FALSE(hit[map[h]]);
             hit[map[h]] = true;
-            ASSERT_EQ(d.vertex[map[h]], t.face[h]);
-            ASSERT_EQ(d.face[map[h]], rank[t.vertex[h]]);
+            ASSERT_EQ(d.vertex[map[h]], t.face(h));
+            ASSERT_EQ(d.face(map[h]), rank[t.vertex[h]]);
             // Counter-clockwise about the vertex is onwards in the dual face.
             ASSERT_EQ(d.next(map[h]), map[t.ccw(h)]);
         }
@@ -347,8 +347,8 @@ TEST(Topology, DualOfOpenMeshesHasTheVerticesInside) {
             ASSERT_LT(map[h], d.n_halfedges());
             ASSERT_FALSE(hit[map[h]]);
             hit[map[h]] = true;
-            ASSERT_EQ(d.vertex[map[h]], s.face[h]);
-            ASSERT_EQ(d.face[map[h]], rank[s.vertex[h]]);
+            ASSERT_EQ(d.vertex[map[h]], s.face(h));
+            ASSERT_EQ(d.face(map[h]), rank[s.vertex[h]]);
             ASSERT_EQ(d.next(map[h]), map[s.ccw(h)]);
             // It crosses the edge of the next halfedge about the vertex, whose other end has
             // a dual face or not.
@@ -423,12 +423,12 @@ TEST(Topology, SubmeshKeepsFacesInTheirOrder) {
             ASSERT_EQ(s.n_edges, sub.edges.size());
             for (Index k = 0; k < s.n_halfedges(); ++k) {
                 const Index h = sub.halfedges[k];
-                ASSERT_EQ(sub.faces[s.face[k]], t.face[h]);
+                ASSERT_EQ(sub.faces[s.face(k)], t.face(h));
                 ASSERT_EQ(sub.vertices[s.vertex[k]], t.vertex[h]);
                 ASSERT_EQ(sub.edges[s.edge[k]], t.edge[h]);
                 ASSERT_EQ(sub.halfedges[s.next(k)], t.next(h));
                 const Index twin = t.twin[h];
-                if (twin == kInvalidIndex || !keep[t.face[twin]])
+                if (twin == kInvalidIndex || !keep[t.face(twin)])
                     ASSERT_TRUE(s.is_border(k));
                 else
                     ASSERT_EQ(sub.halfedges[s.twin[k]], twin);
@@ -503,7 +503,7 @@ TEST(Topology, CutPartsTheFans) {
 
             // Faces and halfedges keep their numbers; edges the first of their sides.
             ASSERT_EQ(c.face_offsets, t.face_offsets);
-            ASSERT_EQ(c.face, t.face);
+            ASSERT_EQ(c.faces, t.faces);
             Index next_edge = t.n_edges;
             for (Index h = 0; h < t.n_halfedges(); ++h) {
                 const bool is_cut = !t.is_border(h) && edges[t.edge[h]];
@@ -600,14 +600,14 @@ TEST(Topology, BorderStripIsASideOfQuads) {
             for (Index h = 0; h < t.n_halfedges(); ++h) {
                 ASSERT_EQ(s.vertex[h], t.vertex[h]);
                 ASSERT_EQ(s.edge[h], t.edge[h]);
-                ASSERT_EQ(s.face[h], t.face[h]);
+                ASSERT_EQ(s.face(h), t.face(h));
                 if (!t.is_border(h)) {
                     ASSERT_EQ(s.twin[h], t.twin[h]);
                 }
             }
             for (Index i = 0; i < m; ++i) {
                 const Index h = borders[i];
-                ASSERT_EQ(s.face[s.twin[h]], t.n_faces() + i);
+                ASSERT_EQ(s.face(s.twin[h]), t.n_faces() + i);
                 ASSERT_EQ(s.face_size(t.n_faces() + i), 4u);
             }
             for (Index i = 0; i < n_corners; ++i) {

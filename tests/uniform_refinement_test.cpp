@@ -216,7 +216,7 @@ TEST(UniformRefinement, HasTheGraphOfRefinement) {
                 ASSERT_EQ(f.edge(a.edge[m]), g.edge(b.edge[h]));
                 ASSERT_EQ(f.vertex(a.vertex[m]), g.vertex(b.vertex[h]));
                 ASSERT_EQ(f.hole.empty(), g.hole.empty());
-                ASSERT_TRUE(f.hole.empty() || f.hole[a.face[m]] == g.hole[b.face[h]]);
+                ASSERT_TRUE(f.hole.empty() || f.hole[a.face(m)] == g.hole[b.face(h)]);
             }
             ASSERT_EQ(halfedges.size(), a.n_halfedges());
         }
@@ -244,7 +244,7 @@ TEST(QuadGrids, AreManifold) {
             const Index other = t.is_border(h) ? h : t.twin[h];
             ASSERT_LT(t.edge[h], t.n_edges);
             ASSERT_EQ(t.edge[h], t.edge[other]);
-            ASSERT_EQ(t.face[h], h / 4);
+            ASSERT_EQ(t.face(h), h / 4);
         }
     }
 }

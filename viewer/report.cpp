@@ -29,10 +29,10 @@ Index count_components(const Topology& t) {
             const Index f = stack.back();
             stack.pop_back();
             for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h) {
-                if (t.is_border(h) || seen[t.face[t.twin[h]]])
+                if (t.is_border(h) || seen[t.face(t.twin[h])])
                     continue;
-                seen[t.face[t.twin[h]]] = true;
-                stack.push_back(t.face[t.twin[h]]);
+                seen[t.face(t.twin[h])] = true;
+                stack.push_back(t.face(t.twin[h]));
             }
         }
     }
