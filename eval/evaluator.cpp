@@ -204,13 +204,13 @@ void Evaluator::evaluate_many(std::span<const Vec3<T>> points,
         return;
     const PatchRef patch = table_->patch(where[0].patch);
     const PatchBasis& basis = bases_[patch.patch_class];
-    constexpr std::size_t kMost = detail::kLanes;
-    if (basis.patch_class().kind != PatchKind::Regular || where.size() < kMost / 2) {
+    constexpr std::size_t kMost = detail::kLanes, kFewest = kMost / 2;
+    if (!basis.has_many() || where.size() < kFewest) {
         for (std::size_t i = 0; i < where.size(); ++i)
             out[i] = evaluate<T, Order>(points, where[i], chart);
         return;
     }
-    double net[3 * (kMaxDegree + 1) * (kMaxDegree + 1)];
+    double net[3 * detail::kMostManyPoints];
     double* next = net;
     for (const Index i : patch.points) {
         const Vec3<double> p(points[i]);
@@ -218,19 +218,30 @@ void Evaluator::evaluate_many(std::span<const Vec3<T>> points,
     }
     for (std::size_t first = 0; first < where.size(); first += kMost) {
         const std::size_t n = std::min(kMost, where.size() - first);
-        detail::RegularPlaces at{};
+        detail::PointPlaces at{};
+        std::array<bool, kMost> is_one{};
         for (std::size_t i = 0; i < n; ++i) {
             const PatchPoint& p = where[first + i];
             assert(p.patch == where[0].patch);
+            is_one[i] = n < kFewest || !basis.is_of_many({0, p.a, p.b});
+            if (is_one[i]) {
+                out[first + i] = evaluate<T, Order>(points, p, chart);
+                continue;
+            }
             const detail::ChartTurn turn = turn_of(p, chart);
-            at.s[i] = p.a;
-            at.t[i] = p.b;
+            at.sector[i] = static_cast<int>(p.sector);
+            at.a[i] = p.a;
+            at.b[i] = p.b;
             at.cos[i] = turn.cos;
             at.sin[i] = turn.sin;
         }
+        if (n < kFewest)
+            break;
         detail::PointJets jets;
-        basis.sum_many({net, next}, at, Order, jets);
+        basis.sum_many({net, next}, at, chart, Order, jets);
         for (std::size_t i = 0; i < n; ++i) {
+            if (is_one[i])
+                continue;
             fill<Order>(out[first + i], [&](int r) {
                 const auto& v = jets.value[r];
                 return Vec3<T>(Vec3<double>(v[0][i], v[1][i], v[2][i]));

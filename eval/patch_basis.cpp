@@ -354,11 +354,20 @@ template bool PatchBasis::sum<double>(const DomainPoint&, Chart, int, detail::Ch
                                       const detail::PointSum<double>&,
                                       detail::PointJet&) const noexcept;
 
-void PatchBasis::sum_many(std::span<const double> net, const detail::RegularPlaces& at,
-                          int order, detail::PointJets& out) const noexcept {
-    assert(taylor_ && net.size() == 3 * std::size_t(class_.n_points()));
-    std::get<detail::PointKernels<double>>(kernels_).regular_points(
-        *taylor_, d_, net.data(), at, order, out);
+bool PatchBasis::has_many() const noexcept {
+    const auto& kernels = std::get<detail::PointKernels<double>>(kernels_);
+    return taylor_ || (ring_ && ring_->is_ring() && class_.border == PatchBorder::None &&
+                       kernels.ring_points);
+}
+
+void PatchBasis::sum_many(std::span<const double> net, const detail::PointPlaces& at,
+                          Chart chart, int order, detail::PointJets& out) const noexcept {
+    assert(has_many() && net.size() == 3 * std::size_t(class_.n_points()));
+    const auto& kernels = std::get<detail::PointKernels<double>>(kernels_);
+    if (taylor_)
+        kernels.regular_points(*taylor_, d_, net.data(), at, order, out);
+    else
+        kernels.ring_points(*ring_, class_.kind, net.data(), at, chart, order, out);
 }
 
 PatchBasis::SideParameters PatchBasis::side_parameters(const DomainPoint& p) const {
