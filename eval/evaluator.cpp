@@ -179,8 +179,9 @@ SurfaceJet<T> Evaluator::evaluate(std::span<const Vec3<T>> points,
                 std::span(&points.data()->x, 3 * points.size()), 3, where, Order, chart,
                 sums)) {
         const auto vector = [&](int r) {
-            return Vec3<T>(
-                Vec3<double>(sums.value[r][0], sums.value[r][1], sums.value[r][2]));
+            T v[4];  // one more than is used, and so in one go
+            std::copy_n(sums.value[r], 4, v);
+            return Vec3<T>(v[0], v[1], v[2]);
         };
         fill<Order>(jet, vector);
         return jet;

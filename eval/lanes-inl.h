@@ -203,8 +203,12 @@ HWY_INLINE double neg_mul_add(double a, double b, double c) {
     return c - a * b;
 }
 
-HWY_INLINE double inverse(double a) {
-    return 1 / a;
+template <int kN>
+HWY_INLINE double first_lane(Pack<kN> a) {
+    if constexpr (Pack<kN>::kParts == 1)
+        return hn::GetLane(a.v);
+    else
+        return first_lane(a.lo);
 }
 
 /// One number as V: that, or in all lanes.

@@ -192,7 +192,13 @@ private:
     /// The points of the net, four channels each.
     template <class T>
     void gather_net(const detail::PointSum<T>& what, double* out) const noexcept;
-    /// sum() at borders and spikes, of the net's points.
+    /// sum() at borders and spikes.
+    template <class T>
+    [[gnu::noinline]] bool sum_at_border(const DomainPoint& p, Chart chart, int order,
+                                         detail::ChartTurn turn,
+                                         const detail::PointSum<T>& what,
+                                         detail::PointJet& out) const noexcept;
+    /// The same of the net's points.
     template <int Order>
     void border_sum(const DomainPoint& p, Chart chart, detail::ChartTurn turn,
                     std::span<const double> net, detail::PointJet& out) const noexcept;

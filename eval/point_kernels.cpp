@@ -309,12 +309,7 @@ HWY_INLINE PolygonSums<kOrder> with_block(PolygonSums<kOrder> sums, const RingTa
     const Index *const spokes = sum.points + is_ev, *const sectors = spokes + n * n_spoke;
     const Index *spoke = spokes + start * n_spoke, *inner = sectors + start * n_inner;
     // Several sums, so that additions need not wait for each other.
-    Jet s0 = sums.points, s1 = Jet::zero(), s2 = s1, s3 = s1, s4 = s1, s5 = s1;
-    if (is_ev) {
-        const Wide vertex = read(sum.points[0]);
-        for (int r = 0; r < Jet::kSize; ++r)
-            s5.c[r] = Wide::of(weights.sum_and_vertex[r][1]) * vertex;
-    }
+    Jet s0 = sums.points, s1 = Jet::zero(), s2 = s1, s3 = s1;
     for (int m = 0, to_wrap = n - start; m < n_lanes; ++m, ++w) {
         int k = 0;
         for (; k + 4 <= n_inner; k += 4, inner += 4) {
@@ -324,19 +319,25 @@ HWY_INLINE PolygonSums<kOrder> with_block(PolygonSums<kOrder> sums, const RingTa
             s3 = added(s3, w, k + 3, read, inner[3]);
         }
         for (; k < n_inner; ++k)
-            s4 = added(s4, w, k, read, *inner++);
+            s0 = added(s0, w, k, read, *inner++);
         for (; k + 2 <= n_inner + n_spoke; k += 2, spoke += 2) {
-            s4 = added(s4, w, k, read, spoke[0]);
-            s5 = added(s5, w, k + 1, read, spoke[1]);
+            s0 = added(s0, w, k, read, spoke[0]);
+            s1 = added(s1, w, k + 1, read, spoke[1]);
         }
         for (; k < n_inner + n_spoke; ++k)
-            s4 = added(s4, w, k, read, *spoke++);
+            s1 = added(s1, w, k, read, *spoke++);
         if (--to_wrap == 0) {
             spoke = spokes;
             inner = sectors;
         }
     }
-    sums.points = ((s0 + s1) + (s2 + s3)) + (s4 + s5);
+    sums.points = (s0 + s1) + (s2 + s3);
+    if (is_ev) {
+        const Wide vertex = read(sum.points[0]);
+        for (int r = 0; r < Jet::kSize; ++r)
+            sums.points.c[r] =
+                mul_add(Wide::of(weights.sum_and_vertex[r][1]), vertex, sums.points.c[r]);
+    }
     for (int r = 0; r < Jet::kSize; ++r)
         sums.one.c[r] += weights.sum_and_vertex[r][0];
     return sums;

@@ -41,8 +41,8 @@ struct RingPlaces {
         y = mul_add(sin, along, cos * across);
         const P8 centre = P8::of(t.centre);
         for (int k = 0; k < t.n; ++k) {
-            const P8 nx = P8::of(*t.normal_x.at(k)), ny = P8::of(*t.normal_y.at(k));
-            neg_mul_add(nx, x, neg_mul_add(ny, y, centre)).store(distances[k]);
+            const P8 l_x = P8::of(*t.distance_x.at(k)), l_y = P8::of(*t.distance_y.at(k));
+            mul_add(l_x, x, mul_add(l_y, y, centre)).store(distances[k]);
         }
         // Exact 0 on the sides at the corner of the sector, and to relative precision near them.
         const P8 one = P8::of(1), half = P8::of(*t.right.at(0));
@@ -59,8 +59,8 @@ struct RingPlaces {
     HWY_INLINE LaneJet<P8, kOrder> distance(const RingTables& t, int k) const {
         auto l = LaneJet<P8, kOrder>::constant(P8::load(distances[k]));
         if constexpr (kOrder > 0) {
-            l.c[1] = P8::of(-*t.normal_x.at(k));
-            l.c[2] = P8::of(-*t.normal_y.at(k));
+            l.c[1] = P8::of(*t.distance_x.at(k));
+            l.c[2] = P8::of(*t.distance_y.at(k));
         }
         return l;
     }
@@ -106,14 +106,14 @@ HWY_INLINE void ring_point_weights(const RingTables& t, const RingPlaces& places
     constexpr int kMost = kDegree > 0 ? kDegree : kMaxDegree;
     J l[kLanes], powers[kLanes], h[kLanes], alpha[kLanes], beta[kLanes];
     {
-        const auto total = ring_total<P8, kOrder>(t, places.x, places.y);
+        const auto total = ring_total<kOrder>(t, places.x, places.y);
         const P8 of_total = inverse(total.c[0]);
         for (int i = 0; i < n; ++i) {
             l[i] = places.distance<kOrder>(t, i);
-            const J g =
-                RingG<kOrder>::of(t, l[i].c[0], places.x, places.y,
-                                  P8::of(*t.normal_x.at(i)), P8::of(*t.normal_y.at(i)));
-            powers[i] = power(d, g);
+            const J g = RingG<kOrder>::of(t, l[i].c[0], places.x, places.y,
+                                          P8::of(*t.distance_x.at(i)),
+                                          P8::of(*t.distance_y.at(i)));
+            powers[i] = power(t, g);
             h[i] = quotient(g, total, of_total);
         }
     }
@@ -128,7 +128,13 @@ HWY_INLINE void ring_point_weights(const RingTables& t, const RingPlaces& places
     Ribbon ribbons[kLanes];
     for (int i = 0; i < n; ++i) {
         J *const rows = ribbons[i].rows, *const columns = ribbons[i].columns;
-        const J s = along_side(l[t.previous[i]], l[t.previous[i]] + l[t.next[i]]);
+        const J before = l[t.previous[i]];
+        J around = before + l[t.next[i]];
+        if constexpr (kOrder > 0) {
+            around.c[1] = P8::of(*t.around_x.at(i));
+            around.c[2] = P8::of(*t.around_y.at(i));
+        }
+        const J s = along_side(before, around);
         if constexpr (kDegree == 3) {
             cubic_rows<kEV>(h[i], rows);
             constexpr int kIntervals = kCubicIntervals<kEV>;

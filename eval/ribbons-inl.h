@@ -26,25 +26,24 @@ using P8 = Pack<kLanes>;
 template <class V, int kOrder>
 HWY_INLINE LaneJet<V, kOrder> distances(const RingTables& t, int k, double a, double b) {
     // Exact 0 on the side, and to relative precision near it.
-    const V low = mul_add(number<V>(b), load<V>(t.right.at(k)),
-                          number<V>((1 - b) * t.centre)),
-            high = mul_add(number<V>(1 - b), load<V>(t.left.at(k)),
-                           number<V>(b) * load<V>(t.corner.at(k)));
-    auto l =
-        LaneJet<V, kOrder>::constant(mul_add(number<V>(1 - a), low, number<V>(a) * high));
+    const V va = number<V>(a), vb = number<V>(b), one = number<V>(1), a1 = one - va,
+            b1 = one - vb;
+    const V low = mul_add(vb, load<V>(t.right.at(k)), b1 * number<V>(t.centre)),
+            high = mul_add(b1, load<V>(t.left.at(k)), vb * load<V>(t.corner.at(k)));
+    auto l = LaneJet<V, kOrder>::constant(mul_add(va, high, a1 * low));
     if constexpr (kOrder > 0) {
-        l.c[1] = -load<V>(t.normal_x.at(k));
-        l.c[2] = -load<V>(t.normal_y.at(k));
+        l.c[1] = load<V>(t.distance_x.at(k));
+        l.c[2] = load<V>(t.distance_y.at(k));
     }
     return l;
 }
 
 /// W of a ring and its derivatives by z = x^2 + y^2: see RingTables::quotient.
-template <class V, int kOrder>
-HWY_INLINE LaneJet<V, kOrder> ring_total(const RingTables& t, V x, V y) {
-    const V z = mul_add(x, x, y * y), c1 = number<V>(t.total[1]), two = number<V>(2);
+template <int kOrder>
+HWY_INLINE LaneJet<P8, kOrder> ring_total(const RingTables& t, P8 x, P8 y) {
+    const P8 z = mul_add(x, x, y * y), c1 = P8::of(t.total[1]), two = P8::of(2);
     if (t.n <= 5) {
-        auto total = LaneJet<V, kOrder>::constant(mul_add(z, c1, number<V>(t.total[0])));
+        auto total = LaneJet<P8, kOrder>::constant(mul_add(z, c1, P8::of(t.total[0])));
         if constexpr (kOrder > 0) {
             total.c[1] = two * c1 * x;
             total.c[2] = two * c1 * y;
@@ -53,11 +52,11 @@ HWY_INLINE LaneJet<V, kOrder> ring_total(const RingTables& t, V x, V y) {
             total.c[3] = total.c[5] = c1;
         return total;
     }
-    const V c2 = number<V>(t.total[2]);
-    LaneJet<V, kOrder> total;
-    total.c[0] = mul_add(z, mul_add(z, c2, c1), number<V>(t.total[0]));
+    const P8 c2 = P8::of(t.total[2]);
+    LaneJet<P8, kOrder> total;
+    total.c[0] = mul_add(z, mul_add(z, c2, c1), P8::of(t.total[0]));
     if constexpr (kOrder > 0) {
-        const V slope = mul_add(two * z, c2, c1), x2 = two * x, y2 = two * y;
+        const P8 slope = mul_add(two * z, c2, c1), x2 = two * x, y2 = two * y;
         total.c[1] = x2 * slope;
         total.c[2] = y2 * slope;
         if constexpr (kOrder > 1) {
@@ -77,21 +76,21 @@ class RingG {
 public:
     /// \param l  the distance to the side
     /// \param x, y  the point
-    /// \param nx, ny  the side's normal
-    static HWY_INLINE J of(const RingTables& t, P8 l, P8 x, P8 y, P8 nx, P8 ny) {
-        const P8 xi = P8::of(t.centre) - l, eta = neg_mul_add(x, ny, y * nx);
+    /// \param l_x, l_y  the derivatives of l, of which the side's normal is the opposite
+    static HWY_INLINE J of(const RingTables& t, P8 l, P8 x, P8 y, P8 l_x, P8 l_y) {
+        const P8 xi = P8::of(t.centre) - l, eta = mul_sub(x, l_y, y * l_x);
         const J q = t.n <= 5 ? quadratic(t, xi, eta) : polynomial(t, xi, eta);
         // Times l = centre - xi, then from (xi, eta) to (x, y).
         J g;
         g.c[0] = l * q.c[0];
         if constexpr (kOrder > 0) {
-            const P8 g1 = mul_sub(l, q.c[1], q.c[0]), g2 = l * q.c[2];
-            g.c[1] = neg_mul_add(ny, g2, nx * g1);
-            g.c[2] = mul_add(nx, g2, ny * g1);
+            const P8 g1 = neg_mul_add(l, q.c[1], q.c[0]), g2 = l * q.c[2];
+            g.c[1] = mul_add(l_x, g1, l_y * g2);
+            g.c[2] = neg_mul_add(l_x, g2, l_y * g1);
             if constexpr (kOrder > 1) {
                 const P8 g3 = mul_sub(l, q.c[3], q.c[1]), g4 = mul_sub(l, q.c[4], q.c[2]),
                          g5 = l * q.c[5];
-                const P8 xx = nx * nx, xy = nx * ny, yy = ny * ny;
+                const P8 xx = l_x * l_x, xy = l_x * l_y, yy = l_y * l_y;
                 g.c[3] = mul_add(xx, g3, neg_mul_add(xy, g4, yy * g5));
                 g.c[4] = mul_add(P8::of(2) * xy, g3 - g5, (xx - yy) * g4);
                 g.c[5] = mul_add(yy, g3, mul_add(xy, g4, xx * g5));
@@ -223,18 +222,18 @@ struct Ribbons {
 
 /// g^d
 template <int kOrder>
-HWY_INLINE LaneJet<P8, kOrder> power(int d, LaneJet<P8, kOrder> g) {
-    P8 two = d == 2 ? P8::of(1) : g.c[0];  // g^(d-2)
-    for (int k = 3; k < d; ++k)
+HWY_INLINE LaneJet<P8, kOrder> power(const RingTables& t, LaneJet<P8, kOrder> g) {
+    P8 two = t.degree == 2 ? P8::of(1) : g.c[0];  // g^(d-2)
+    for (int k = 3; k < t.degree; ++k)
         two = two * g.c[0];
     const P8 one = two * g.c[0];
     Taylor<P8, kOrder> taylor;
     taylor.c[0] = one * g.c[0];
     if constexpr (kOrder > 0)
-        taylor.c[1] = one;
+        taylor.c[1] = one * P8::of(t.power_slope);
     if constexpr (kOrder > 1)
-        taylor.c[2] = two * P8::of(0.5 * (d - 1));
-    return Inner<P8, kOrder>::of(g, d, d).compose(taylor);
+        taylor.c[2] = two * P8::of(t.power_bend);
+    return Inner<P8, kOrder>::of(g).compose(taylor);
 }
 
 /// alpha_(i+1) and beta_i, from g^d of sides i and i+1.
@@ -277,18 +276,19 @@ template <int kOrder>
 HWY_INLINE void set_lanes(const RingTables& t, int first, LaneJet<P8, kOrder> l,
                           LaneJet<P8, kOrder> g, Ribbons<kOrder>& r) {
     using J = LaneJet<P8, kOrder>;
+    // First what all else has to wait for.
+    const J own = power(t, g);
+    set_blends(own, permute(own, t.next.data()), r.next_alpha, r.beta);
     J before, around;
     before.c[0] = permute(l.c[0], t.previous.data());
     around.c[0] = mul_add(P8::of(t.sum_slope), l.c[0], P8::of(t.sum_value));
     if constexpr (kOrder > 0) {
-        before.c[1] = -P8::load(t.normal_x.at(first - 1));
-        before.c[2] = -P8::load(t.normal_y.at(first - 1));
-        around.c[1] = P8::of(t.sum_slope) * l.c[1];
-        around.c[2] = P8::of(t.sum_slope) * l.c[2];
+        before.c[1] = P8::load(t.distance_x.at(first - 1));
+        before.c[2] = P8::load(t.distance_y.at(first - 1));
+        around.c[1] = P8::load(t.around_x.at(first));
+        around.c[2] = P8::load(t.around_y.at(first));
     }
     r.s = along_side(before, around);
-    const J own = power(t.degree, g);
-    set_blends(own, permute(own, t.next.data()), r.next_alpha, r.beta);
 }
 
 /// Zero in lanes where the mask is.
@@ -305,13 +305,14 @@ HWY_INLINE Ribbons<kOrder> ring_ribbons(const RingTables& t, const DomainPoint& 
     Ribbons<kOrder> r;
     const int first = t.n - p.sector;
     const auto l = distances<P8, kOrder>(t, first, p.a, p.b);
-    const double x = t.x_a * (p.a + p.b) + t.x_ab * (p.a * p.b), y = t.y_b * (p.b - p.a);
-    const auto total = ring_total<double, kOrder>(t, x, y);
-    const auto g =
-        RingG<kOrder>::of(t, l.c[0], P8::of(x), P8::of(y), P8::load(t.normal_x.at(first)),
-                          P8::load(t.normal_y.at(first)));
+    const P8 a = P8::of(p.a), b = P8::of(p.b),
+             x = mul_add(P8::of(t.x_a), a + b, P8::of(t.x_ab) * (a * b)),
+             y = P8::of(t.y_b) * (b - a);
+    const auto total = ring_total<kOrder>(t, x, y);
+    const auto g = RingG<kOrder>::of(t, l.c[0], x, y, P8::load(t.distance_x.at(first)),
+                                     P8::load(t.distance_y.at(first)));
     set_lanes<kOrder>(t, first, l, g, r);
-    r.h = quotient(g, LaneJet<P8, kOrder>::same(total), inverse(P8::of(total.c[0])));
+    r.h = quotient(g, total, P8::of(1 / first_lane(total.c[0])));
     return r;
 }
 
