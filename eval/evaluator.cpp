@@ -10,37 +10,6 @@
 namespace osdx {
 namespace {
 
-/// From Taylor coefficients in the bilinear sector to derivatives in (u, v) of the base
-/// face. V is a number or a vector.
-template <int Order, class V>
-void to_base_uv(const PatchPoint& where,
-                std::array<V, n_derivatives(Order)>& d) noexcept {
-    if constexpr (Order > 0) {
-        const V a = where.scale * d[1], b = where.scale * d[2];
-        switch (where.quarter_turns) {  // u and v run along: a b, b -a, -a -b, -b a
-            case 0:
-                d[1] = a, d[2] = b;
-                break;
-            case 1:
-                d[1] = b, d[2] = -a;
-                break;
-            case 2:
-                d[1] = -a, d[2] = -b;
-                break;
-            default:
-                d[1] = -b, d[2] = a;
-        }
-    }
-    if constexpr (Order > 1) {
-        const double s2 = where.scale * where.scale;
-        const bool swapped = where.quarter_turns % 2 == 1;
-        const V aa = s2 * d[3], ab = s2 * d[4], bb = s2 * d[5];
-        d[3] = swapped ? bb : aa;
-        d[4] = swapped ? -ab : ab;
-        d[5] = swapped ? aa : bb;
-    }
-}
-
 /// From the variables of a patch to (u, v), which run along a b, b -a, -a -b, -b a.
 detail::ChartTurn turn_of(const PatchPoint& where, Chart chart) noexcept {
     constexpr double kCos[4] = {1, 0, -1, 0}, kSin[4] = {0, 1, 0, -1};
@@ -48,6 +17,24 @@ detail::ChartTurn turn_of(const PatchPoint& where, Chart chart) noexcept {
         return {};
     const int k = where.quarter_turns & 3;
     return {where.scale * kCos[k], where.scale * kSin[k]};
+}
+
+/// Turns derivatives to these variables.
+template <int Order>
+void turn_all(const detail::ChartTurn& turn,
+              std::array<double, n_derivatives(Order)>& d) noexcept {
+    const double cos = turn.cos, sin = turn.sin;
+    if constexpr (Order > 0) {
+        const double a = d[1], b = d[2];
+        d[1] = cos * a + sin * b;
+        d[2] = cos * b - sin * a;
+    }
+    if constexpr (Order > 1) {
+        const double aa = d[3], ab = d[4], bb = d[5];
+        d[3] = cos * cos * aa + 2 * cos * sin * ab + sin * sin * bb;
+        d[4] = (cos * cos - sin * sin) * ab + cos * sin * (bb - aa);
+        d[5] = sin * sin * aa - 2 * cos * sin * ab + cos * cos * bb;
+    }
 }
 
 /// By the fast kernels, if there is one for the place: up to four channels.
@@ -82,8 +69,7 @@ std::array<std::array<double, n_derivatives(Order)>, N> evaluate_block(
             out[c][3] *= 2;
             out[c][5] *= 2;
         }
-        if (chart == Chart::BaseUV)
-            to_base_uv<Order>(where, out[c]);
+        turn_all<Order>(turn_of(where, chart), out[c]);
     }
     return out;
 }
@@ -153,8 +139,7 @@ void all_weights(const PatchBasis& basis, const PatchPoint& where, Chart chart,
             w.c[3] *= 2;
             w.c[5] *= 2;
         }
-        if (chart == Chart::BaseUV)
-            to_base_uv<Order>(where, w.c);
+        turn_all<Order>(turn_of(where, chart), w.c);
         for (int r = 0; r < kDerivatives; ++r)
             out[r * n + i] = w.c[r];
     }
