@@ -63,8 +63,8 @@ void measure(Suite& suite, const char* stage, const BenchMesh& mesh,
 }  // namespace
 
 void evaluate_points_stage(Suite& suite, std::span<const BenchMesh> meshes) {
-    if (!suite.wants_any(
-            {"evaluate_point_regular", "evaluate_point_ev5", "evaluate_many_regular"}))
+    if (!suite.wants_any({"evaluate_point_regular", "evaluate_point_ev5",
+                          "evaluate_many_regular", "evaluate_many_ev5"}))
         return;
     constexpr std::size_t kRun = 16;  // as many as a pixel takes rays, or a small tile
     for (const BenchMesh& mesh : meshes) {
@@ -77,8 +77,9 @@ void evaluate_points_stage(Suite& suite, std::span<const BenchMesh> meshes) {
         measure(suite, "evaluate_many_regular", mesh, surface, regular, kRun, kIsolation,
                 1e-5);
         // One Gregory patch over each face follows the limit in its own way.
-        measure(suite, "evaluate_point_ev5", mesh, surface, ev_faces(surface.surface, 5),
-                1, 0, 0.03);
+        const std::vector<Index> ev5 = ev_faces(surface.surface, 5);
+        measure(suite, "evaluate_point_ev5", mesh, surface, ev5, 1, 0, 0.03);
+        measure(suite, "evaluate_many_ev5", mesh, surface, ev5, kRun, 0, 0.03);
     }
 }
 

@@ -10,37 +10,6 @@
 namespace osdx {
 namespace {
 
-/// From Taylor coefficients in the bilinear sector to derivatives in (u, v) of the base
-/// face. V is a number or a vector.
-template <int Order, class V>
-void to_base_uv(const PatchPoint& where,
-                std::array<V, n_derivatives(Order)>& d) noexcept {
-    if constexpr (Order > 0) {
-        const V a = where.scale * d[1], b = where.scale * d[2];
-        switch (where.quarter_turns) {  // u and v run along: a b, b -a, -a -b, -b a
-            case 0:
-                d[1] = a, d[2] = b;
-                break;
-            case 1:
-                d[1] = b, d[2] = -a;
-                break;
-            case 2:
-                d[1] = -a, d[2] = -b;
-                break;
-            default:
-                d[1] = -b, d[2] = a;
-        }
-    }
-    if constexpr (Order > 1) {
-        const double s2 = where.scale * where.scale;
-        const bool swapped = where.quarter_turns % 2 == 1;
-        const V aa = s2 * d[3], ab = s2 * d[4], bb = s2 * d[5];
-        d[3] = swapped ? bb : aa;
-        d[4] = swapped ? -ab : ab;
-        d[5] = swapped ? aa : bb;
-    }
-}
-
 /// From the variables of a patch to (u, v), which run along a b, b -a, -a -b, -b a.
 detail::ChartTurn turn_of(const PatchPoint& where, Chart chart) noexcept {
     constexpr double kCos[4] = {1, 0, -1, 0}, kSin[4] = {0, 1, 0, -1};
@@ -48,6 +17,24 @@ detail::ChartTurn turn_of(const PatchPoint& where, Chart chart) noexcept {
         return {};
     const int k = where.quarter_turns & 3;
     return {where.scale * kCos[k], where.scale * kSin[k]};
+}
+
+/// Turns derivatives to these variables.
+template <int Order>
+void turn_all(const detail::ChartTurn& turn,
+              std::array<double, n_derivatives(Order)>& d) noexcept {
+    const double cos = turn.cos, sin = turn.sin;
+    if constexpr (Order > 0) {
+        const double a = d[1], b = d[2];
+        d[1] = cos * a + sin * b;
+        d[2] = cos * b - sin * a;
+    }
+    if constexpr (Order > 1) {
+        const double aa = d[3], ab = d[4], bb = d[5];
+        d[3] = cos * cos * aa + 2 * cos * sin * ab + sin * sin * bb;
+        d[4] = (cos * cos - sin * sin) * ab + cos * sin * (bb - aa);
+        d[5] = sin * sin * aa - 2 * cos * sin * ab + cos * cos * bb;
+    }
 }
 
 /// By the fast kernels, if there is one for the place: up to four channels.
@@ -82,8 +69,7 @@ std::array<std::array<double, n_derivatives(Order)>, N> evaluate_block(
             out[c][3] *= 2;
             out[c][5] *= 2;
         }
-        if (chart == Chart::BaseUV)
-            to_base_uv<Order>(where, out[c]);
+        turn_all<Order>(turn_of(where, chart), out[c]);
     }
     return out;
 }
@@ -153,8 +139,7 @@ void all_weights(const PatchBasis& basis, const PatchPoint& where, Chart chart,
             w.c[3] *= 2;
             w.c[5] *= 2;
         }
-        if (chart == Chart::BaseUV)
-            to_base_uv<Order>(where, w.c);
+        turn_all<Order>(turn_of(where, chart), w.c);
         for (int r = 0; r < kDerivatives; ++r)
             out[r * n + i] = w.c[r];
     }
@@ -179,8 +164,9 @@ SurfaceJet<T> Evaluator::evaluate(std::span<const Vec3<T>> points,
                 std::span(&points.data()->x, 3 * points.size()), 3, where, Order, chart,
                 sums)) {
         const auto vector = [&](int r) {
-            return Vec3<T>(
-                Vec3<double>(sums.value[r][0], sums.value[r][1], sums.value[r][2]));
+            T v[4];  // one more than is used, and so in one go
+            std::copy_n(sums.value[r], 4, v);
+            return Vec3<T>(v[0], v[1], v[2]);
         };
         fill<Order>(jet, vector);
         return jet;
@@ -204,13 +190,13 @@ void Evaluator::evaluate_many(std::span<const Vec3<T>> points,
         return;
     const PatchRef patch = table_->patch(where[0].patch);
     const PatchBasis& basis = bases_[patch.patch_class];
-    constexpr std::size_t kMost = detail::kLanes;
-    if (basis.patch_class().kind != PatchKind::Regular || where.size() < kMost / 2) {
+    constexpr std::size_t kMost = detail::kLanes, kFewest = kMost / 2;
+    if (!basis.has_many() || where.size() < kFewest) {
         for (std::size_t i = 0; i < where.size(); ++i)
             out[i] = evaluate<T, Order>(points, where[i], chart);
         return;
     }
-    double net[3 * (kMaxDegree + 1) * (kMaxDegree + 1)];
+    double net[3 * detail::kMostManyPoints];
     double* next = net;
     for (const Index i : patch.points) {
         const Vec3<double> p(points[i]);
@@ -218,19 +204,30 @@ void Evaluator::evaluate_many(std::span<const Vec3<T>> points,
     }
     for (std::size_t first = 0; first < where.size(); first += kMost) {
         const std::size_t n = std::min(kMost, where.size() - first);
-        detail::RegularPlaces at{};
+        detail::PointPlaces at{};
+        std::array<bool, kMost> is_one{};
         for (std::size_t i = 0; i < n; ++i) {
             const PatchPoint& p = where[first + i];
             assert(p.patch == where[0].patch);
+            is_one[i] = n < kFewest || !basis.is_of_many({0, p.a, p.b});
+            if (is_one[i]) {
+                out[first + i] = evaluate<T, Order>(points, p, chart);
+                continue;
+            }
             const detail::ChartTurn turn = turn_of(p, chart);
-            at.s[i] = p.a;
-            at.t[i] = p.b;
+            at.sector[i] = static_cast<int>(p.sector);
+            at.a[i] = p.a;
+            at.b[i] = p.b;
             at.cos[i] = turn.cos;
             at.sin[i] = turn.sin;
         }
+        if (n < kFewest)
+            break;
         detail::PointJets jets;
-        basis.sum_many({net, next}, at, Order, jets);
+        basis.sum_many({net, next}, at, chart, Order, jets);
         for (std::size_t i = 0; i < n; ++i) {
+            if (is_one[i])
+                continue;
             fill<Order>(out[first + i], [&](int r) {
                 const auto& v = jets.value[r];
                 return Vec3<T>(Vec3<double>(v[0][i], v[1][i], v[2][i]));

@@ -55,7 +55,7 @@ public:
     }
 
     /// The same at several places of one patch, up to rounding: control points are read once,
-    /// and regular patches evaluate some places at a time.
+    /// and patches inside of up to eight sides evaluate some places at a time.
     /// \pre all of `where` name the same patch; out.size() == where.size()
     template <class T, int Order = 2>
     void evaluate_many(std::span<const Vec3<T>> points, std::span<const PatchPoint> where,

@@ -60,10 +60,33 @@ struct Pack<kN, true> {
     friend HWY_INLINE Pack neg_mul_add(Pack a, Pack b, Pack c) {
         return {hn::NegMulAdd(a.v, b.v, c.v)};
     }
-    friend HWY_INLINE Pack floor(Pack a) { return {hn::Floor(a.v)}; }
-    friend HWY_INLINE Pack abs(Pack a) { return {hn::Abs(a.v)}; }
-    friend HWY_INLINE Pack min(Pack a, Pack b) { return {hn::Min(a.v, b.v)}; }
-    friend HWY_INLINE Pack max(Pack a, Pack b) { return {hn::Max(a.v, b.v)}; }
+    /// 1 / a to an ulp or two.
+    /// \pre a is neither 0 nor denormal, else it may be anything
+    friend HWY_INLINE Pack inverse(Pack a) {
+#if HWY_TARGET <= HWY_AVX3
+        // By Newton's method from 14 bits: a division of wide registers takes as long as many
+        // products, and there is but one at a time.
+        if constexpr (kN == 8) {
+            const auto one = hn::Set(D(), 1.0);
+            hn::Vec<D> x{_mm512_rcp14_pd(a.v.raw)};
+            x = hn::MulAdd(x, hn::NegMulAdd(a.v, x, one), x);
+            return {hn::MulAdd(x, hn::NegMulAdd(a.v, x, one), x)};
+        }
+#endif
+        return of(1) / a;
+    }
+    friend HWY_INLINE Pack floor(Pack a) {
+        return {hn::Floor(a.v)};
+    }
+    friend HWY_INLINE Pack abs(Pack a) {
+        return {hn::Abs(a.v)};
+    }
+    friend HWY_INLINE Pack min(Pack a, Pack b) {
+        return {hn::Min(a.v, b.v)};
+    }
+    friend HWY_INLINE Pack max(Pack a, Pack b) {
+        return {hn::Max(a.v, b.v)};
+    }
     /// x >= least ? yes : no
     friend HWY_INLINE Pack if_at_least(Pack x, Pack least, Pack yes, Pack no) {
         return {hn::IfThenElse(hn::Ge(x.v, least.v), yes.v, no.v)};
@@ -137,6 +160,7 @@ struct Pack<kN, false> {
     friend HWY_INLINE Pack neg_mul_add(Pack a, Pack b, Pack c) {
         return {neg_mul_add(a.lo, b.lo, c.lo), neg_mul_add(a.hi, b.hi, c.hi)};
     }
+    friend HWY_INLINE Pack inverse(Pack a) { return {inverse(a.lo), inverse(a.hi)}; }
     friend HWY_INLINE Pack floor(Pack a) { return {floor(a.lo), floor(a.hi)}; }
     friend HWY_INLINE Pack abs(Pack a) { return {abs(a.lo), abs(a.hi)}; }
     friend HWY_INLINE Pack min(Pack a, Pack b) {
@@ -177,6 +201,14 @@ HWY_INLINE double mul_add(double a, double b, double c) {
 }
 HWY_INLINE double neg_mul_add(double a, double b, double c) {
     return c - a * b;
+}
+
+template <int kN>
+HWY_INLINE double first_lane(Pack<kN> a) {
+    if constexpr (Pack<kN>::kParts == 1)
+        return hn::GetLane(a.v);
+    else
+        return first_lane(a.lo);
 }
 
 /// One number as V: that, or in all lanes.

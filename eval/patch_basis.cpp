@@ -302,6 +302,28 @@ void PatchBasis::border_sum(const DomainPoint& p, Chart chart, detail::ChartTurn
 }
 
 template <class T>
+bool PatchBasis::sum_at_border(const DomainPoint& p, Chart chart, int order,
+                               detail::ChartTurn turn, const detail::PointSum<T>& what,
+                               detail::PointJet& out) const noexcept {
+    if (net_indices_.size() > kMostNetPoints)
+        return false;
+    double values[4 * kMostNetPoints];
+    gather_net(what, values);
+    const std::span<const double> net(values, 4 * net_indices_.size());
+    switch (order) {
+        case 0:
+            border_sum<0>(p, chart, turn, net, out);
+            break;
+        case 1:
+            border_sum<1>(p, chart, turn, net, out);
+            break;
+        default:
+            border_sum<2>(p, chart, turn, net, out);
+    }
+    return true;
+}
+
+template <class T>
 bool PatchBasis::sum(const DomainPoint& p, Chart chart, int order, detail::ChartTurn turn,
                      const detail::PointSum<T>& what,
                      detail::PointJet& out) const noexcept {
@@ -312,24 +334,8 @@ bool PatchBasis::sum(const DomainPoint& p, Chart chart, int order, detail::Chart
     }
     if (!ring_ || !kernels.polygon || 2 - p.a - p.b < kCorner)
         return false;
-    if (class_.border != PatchBorder::None) {
-        if (net_indices_.size() > kMostNetPoints)
-            return false;
-        double values[4 * kMostNetPoints];
-        gather_net(what, values);
-        const std::span<const double> net(values, 4 * net_indices_.size());
-        switch (order) {
-            case 0:
-                border_sum<0>(p, chart, turn, net, out);
-                break;
-            case 1:
-                border_sum<1>(p, chart, turn, net, out);
-                break;
-            default:
-                border_sum<2>(p, chart, turn, net, out);
-        }
-        return true;
-    }
+    if (class_.border != PatchBorder::None)
+        return sum_at_border(p, chart, order, turn, what, out);
     // The kernel's (x, y) are those of the sector: with (a, b), or turned with it.
     const double c = turn.cos, s = turn.sin;
     detail::ChartMap map;
@@ -354,11 +360,20 @@ template bool PatchBasis::sum<double>(const DomainPoint&, Chart, int, detail::Ch
                                       const detail::PointSum<double>&,
                                       detail::PointJet&) const noexcept;
 
-void PatchBasis::sum_many(std::span<const double> net, const detail::RegularPlaces& at,
-                          int order, detail::PointJets& out) const noexcept {
-    assert(taylor_ && net.size() == 3 * std::size_t(class_.n_points()));
-    std::get<detail::PointKernels<double>>(kernels_).regular_points(
-        *taylor_, d_, net.data(), at, order, out);
+bool PatchBasis::has_many() const noexcept {
+    const auto& kernels = std::get<detail::PointKernels<double>>(kernels_);
+    return taylor_ || (ring_ && ring_->is_ring() && class_.border == PatchBorder::None &&
+                       kernels.ring_points);
+}
+
+void PatchBasis::sum_many(std::span<const double> net, const detail::PointPlaces& at,
+                          Chart chart, int order, detail::PointJets& out) const noexcept {
+    assert(has_many() && net.size() == 3 * std::size_t(class_.n_points()));
+    const auto& kernels = std::get<detail::PointKernels<double>>(kernels_);
+    if (taylor_)
+        kernels.regular_points(*taylor_, d_, net.data(), at, order, out);
+    else
+        kernels.ring_points(*ring_, class_.kind, net.data(), at, chart, order, out);
 }
 
 PatchBasis::SideParameters PatchBasis::side_parameters(const DomainPoint& p) const {

@@ -105,11 +105,16 @@ public:
     bool sum(const DomainPoint& p, Chart chart, int order, detail::ChartTurn turn,
              const detail::PointSum<T>& what, detail::PointJet& out) const noexcept;
 
-    /// The same at some places at once, of three channels.
+    /// Whether there is a kernel for some places at once: for the class, and for a place.
+    bool has_many() const noexcept;
+    bool is_of_many(const DomainPoint& p) const noexcept {
+        return taylor_ || 2 - p.a - p.b >= kCorner;
+    }
+    /// The same as sum() at such places, of three channels.
     /// \param net  x, y, z of the control points
-    /// \pre the class is regular
-    void sum_many(std::span<const double> net, const detail::RegularPlaces& at, int order,
-                  detail::PointJets& out) const noexcept;
+    /// \pre has_many(); is_of_many() of all places
+    void sum_many(std::span<const double> net, const detail::PointPlaces& at, Chart chart,
+                  int order, detail::PointJets& out) const noexcept;
 
 private:
     template <int Order>
@@ -187,7 +192,13 @@ private:
     /// The points of the net, four channels each.
     template <class T>
     void gather_net(const detail::PointSum<T>& what, double* out) const noexcept;
-    /// sum() at borders and spikes, of the net's points.
+    /// sum() at borders and spikes.
+    template <class T>
+    [[gnu::noinline]] bool sum_at_border(const DomainPoint& p, Chart chart, int order,
+                                         detail::ChartTurn turn,
+                                         const detail::PointSum<T>& what,
+                                         detail::PointJet& out) const noexcept;
+    /// The same of the net's points.
     template <int Order>
     void border_sum(const DomainPoint& p, Chart chart, detail::ChartTurn turn,
                     std::span<const double> net, detail::PointJet& out) const noexcept;

@@ -11,6 +11,7 @@
 
 // After foreach_target.h.
 #include "eval/lanes-inl.h"
+#include "eval/ribbon_points-inl.h"
 #include "eval/ribbon_weights-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -20,8 +21,8 @@ using detail::ChartMap;
 using detail::ChartTurn;
 using detail::PointJet;
 using detail::PointJets;
+using detail::PointPlaces;
 using detail::PointSum;
-using detail::RegularPlaces;
 using detail::TaylorRows;
 
 using Quad = Pack<4>;
@@ -218,11 +219,11 @@ HWY_INLINE LaneJet<P8, kOrder> turned(P8 cos, P8 sin, LaneJet<P8, kOrder> jet) {
 
 template <int kDegree, int kOrder>
 void regular_points(const TaylorRows& taylor, int degree, const double* net,
-                    const RegularPlaces& at, PointJets& out) {
+                    const PointPlaces& at, PointJets& out) {
     const int d = kDegree > 0 ? kDegree : degree;
     P8 along_s[kOrder + 1][kMaxDegree + 1], along_t[kOrder + 1][kMaxDegree + 1];
-    uniform_bases<kDegree, kOrder>(taylor, degree, P8::load(at.s), along_s);
-    uniform_bases<kDegree, kOrder>(taylor, degree, P8::load(at.t), along_t);
+    uniform_bases<kDegree, kOrder>(taylor, degree, P8::load(at.a), along_s);
+    uniform_bases<kDegree, kOrder>(taylor, degree, P8::load(at.b), along_t);
     const P8 cos = P8::load(at.cos), sin = P8::load(at.sin);
     for (int c = 0; c < 3; ++c, ++net) {
         auto jet = LaneJet<P8, kOrder>::zero();
@@ -248,7 +249,7 @@ void regular_points(const TaylorRows& taylor, int degree, const double* net,
 
 template <int kDegree>
 void regular_points_of_order(const TaylorRows& taylor, int degree, const double* net,
-                             const RegularPlaces& at, int order, PointJets& out) {
+                             const PointPlaces& at, int order, PointJets& out) {
     switch (order) {
         case 0:
             return regular_points<kDegree, 0>(taylor, degree, net, at, out);
@@ -260,7 +261,7 @@ void regular_points_of_order(const TaylorRows& taylor, int degree, const double*
 }
 
 void regular_points_of_any(const TaylorRows& taylor, int degree, const double* net,
-                           const RegularPlaces& at, int order, PointJets& out) {
+                           const PointPlaces& at, int order, PointJets& out) {
     if (degree == 3)
         return regular_points_of_order<3>(taylor, degree, net, at, order, out);
     regular_points_of_order<0>(taylor, degree, net, at, order, out);
@@ -308,12 +309,7 @@ HWY_INLINE PolygonSums<kOrder> with_block(PolygonSums<kOrder> sums, const RingTa
     const Index *const spokes = sum.points + is_ev, *const sectors = spokes + n * n_spoke;
     const Index *spoke = spokes + start * n_spoke, *inner = sectors + start * n_inner;
     // Several sums, so that additions need not wait for each other.
-    Jet s0 = sums.points, s1 = Jet::zero(), s2 = s1, s3 = s1, s4 = s1, s5 = s1;
-    if (is_ev) {
-        const Wide vertex = read(sum.points[0]);
-        for (int r = 0; r < Jet::kSize; ++r)
-            s5.c[r] = Wide::of(weights.sum_and_vertex[r][1]) * vertex;
-    }
+    Jet s0 = sums.points, s1 = Jet::zero(), s2 = s1, s3 = s1;
     for (int m = 0, to_wrap = n - start; m < n_lanes; ++m, ++w) {
         int k = 0;
         for (; k + 4 <= n_inner; k += 4, inner += 4) {
@@ -323,19 +319,25 @@ HWY_INLINE PolygonSums<kOrder> with_block(PolygonSums<kOrder> sums, const RingTa
             s3 = added(s3, w, k + 3, read, inner[3]);
         }
         for (; k < n_inner; ++k)
-            s4 = added(s4, w, k, read, *inner++);
+            s0 = added(s0, w, k, read, *inner++);
         for (; k + 2 <= n_inner + n_spoke; k += 2, spoke += 2) {
-            s4 = added(s4, w, k, read, spoke[0]);
-            s5 = added(s5, w, k + 1, read, spoke[1]);
+            s0 = added(s0, w, k, read, spoke[0]);
+            s1 = added(s1, w, k + 1, read, spoke[1]);
         }
         for (; k < n_inner + n_spoke; ++k)
-            s4 = added(s4, w, k, read, *spoke++);
+            s1 = added(s1, w, k, read, *spoke++);
         if (--to_wrap == 0) {
             spoke = spokes;
             inner = sectors;
         }
     }
-    sums.points = ((s0 + s1) + (s2 + s3)) + (s4 + s5);
+    sums.points = (s0 + s1) + (s2 + s3);
+    if (is_ev) {
+        const Wide vertex = read(sum.points[0]);
+        for (int r = 0; r < Jet::kSize; ++r)
+            sums.points.c[r] =
+                mul_add(Wide::of(weights.sum_and_vertex[r][1]), vertex, sums.points.c[r]);
+    }
     for (int r = 0; r < Jet::kSize; ++r)
         sums.one.c[r] += weights.sum_and_vertex[r][0];
     return sums;
@@ -385,9 +387,9 @@ void polygon_sum(const RingTables& t, PatchKind kind, const DomainPoint& p,
         window_weights<kOrder>(t, kind, p, {&sink.take, &sink});
         sums = sink.sums;
     }
-    const Wide inverse = Wide::of(1 / sums.one.c[0]);
+    const Wide of_one = Wide::of(1 / sums.one.c[0]);
     const S f = mapped<double, kOrder>(map, sums.one);
-    put(quotient(mapped<Wide, kOrder>(map, sums.points), Jet::same(f), inverse), out);
+    put(quotient(mapped<Wide, kOrder>(map, sums.points), Jet::same(f), of_one), out);
 }
 
 template <class T>
@@ -404,13 +406,70 @@ void polygon_sum_of_order(const RingTables& t, PatchKind kind, const DomainPoint
     }
 }
 
+/// At some places at once.
+template <int kDegree, bool kEV, int kOrder>
+void ring_points(const RingTables& t, const double* net, const PointPlaces& at,
+                 Chart chart, PointJets& out) {
+    using J = LaneJet<P8, kOrder>;
+    const RingPlaces places(t, at);
+    J one = J::zero(), sums[3] = {one, one, one};
+    ring_point_weights<kDegree, kEV, kOrder>(t, places, [&](int point, J w) OSDX_LAMBDA {
+        const double* p = net + 3 * point;
+        one = one + w;
+        for (int c = 0; c < 3; ++c) {
+            const P8 x = P8::of(p[c]);
+            for (int r = 0; r < J::kSize; ++r)
+                sums[c].c[r] = mul_add(w.c[r], x, sums[c].c[r]);
+        }
+    });
+    const P8 of_one = inverse(one.c[0]), cos = P8::load(at.cos), sin = P8::load(at.sin);
+    for (int c = 0; c < 3; ++c) {
+        J jet = quotient(sums[c], one, of_one);
+        if constexpr (kOrder > 1) {
+            jet.c[3] = jet.c[3] + jet.c[3];
+            jet.c[5] = jet.c[5] + jet.c[5];
+        }
+        if (chart == Chart::BaseUV)
+            jet = places.in_sector(t, jet);
+        jet = turned<kOrder>(cos, sin, jet);
+        for (int r = 0; r < jet.kSize; ++r)
+            jet.c[r].store(out.value[r][c]);
+    }
+}
+
+template <int kDegree, bool kEV>
+void ring_points_of_order(const RingTables& t, const double* net, const PointPlaces& at,
+                          Chart chart, int order, PointJets& out) {
+    switch (order) {
+        case 0:
+            return ring_points<kDegree, kEV, 0>(t, net, at, chart, out);
+        case 1:
+            return ring_points<kDegree, kEV, 1>(t, net, at, chart, out);
+        default:
+            return ring_points<kDegree, kEV, 2>(t, net, at, chart, out);
+    }
+}
+
+void ring_points_of_any(const RingTables& t, PatchKind kind, const double* net,
+                        const PointPlaces& at, Chart chart, int order, PointJets& out) {
+    const bool is_ev = kind == PatchKind::EV;
+    if (t.degree == 3)
+        return (is_ev ? ring_points_of_order<3, true>
+                      : ring_points_of_order<3, false>)(t, net, at, chart, order, out);
+    (is_ev ? ring_points_of_order<0, true>
+           : ring_points_of_order<0, false>)(t, net, at, chart, order, out);
+}
+
 template <class T>
 void set_kernels(detail::PointKernels<T>& kernels) {
     kernels.regular = &regular_of_any<T>;
     kernels.regular_points = &regular_points_of_any;
     kernels.polygon = nullptr;
-    if constexpr (kHasPolygons)
+    kernels.ring_points = nullptr;
+    if constexpr (kHasPolygons) {
         kernels.polygon = &polygon_sum_of_order<T>;
+        kernels.ring_points = &ring_points_of_any;
+    }
 }
 void set_float_kernels(detail::PointKernels<float>& kernels) {
     set_kernels(kernels);

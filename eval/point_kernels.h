@@ -31,14 +31,18 @@ struct PointSum {
     const Index* points;  ///< control points of the patch
 };
 
+/// The largest number of points of a patch that is evaluated at some places at once.
+inline constexpr int kMostManyPoints = kLanes * kMaxDegree * kMaxDegree;
+
 /// p, du, dv, duu, duv, dvv of up to four channels.
 struct PointJet {
     double value[6][4];
 };
 
-/// kLanes places in [0,1]^2, and for each how the variables of its derivatives are turned.
-struct RegularPlaces {
-    double s[kLanes], t[kLanes], cos[kLanes], sin[kLanes];
+/// kLanes places of a patch, and for each how the variables of its derivatives are turned.
+struct PointPlaces {
+    int sector[kLanes];
+    double a[kLanes], b[kLanes], cos[kLanes], sin[kLanes];
 };
 /// value[r][c][i]: derivative r of channel c at place i.
 struct PointJets {
@@ -58,13 +62,18 @@ struct PointKernels {
     /// The same at some places at once.
     /// \param net  x, y, z of the control points
     void (*regular_points)(const TaylorRows& taylor, int degree, const double* net,
-                           const RegularPlaces& at, int order, PointJets& out);
+                           const PointPlaces& at, int order, PointJets& out);
 
     /// EV and EF patches inside. The variables are those of RingTables. Null where the
     /// machine's registers are too narrow.
     void (*polygon)(const RingTables& tables, PatchKind kind, const DomainPoint& p,
                     int order, const ChartMap& map, const PointSum<T>& sum,
                     PointJet& out);
+
+    /// The same at some places of a ring at once. Null where `polygon` is.
+    /// \param net  x, y, z of the control points
+    void (*ring_points)(const RingTables& tables, PatchKind kind, const double* net,
+                        const PointPlaces& at, Chart chart, int order, PointJets& out);
 };
 
 }  // namespace osdx::detail

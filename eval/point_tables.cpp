@@ -61,10 +61,14 @@ RingTables::RingTables(const PatchClass& patch_class, const Polygon& polygon)
                 return 0.5 *
                        (polygon.vertex_distance(0, k) + polygon.vertex_distance(1, k));
             }),
-      normal_x(n, [&](int k) { return polygon.normal(k).x; }),
-      normal_y(n, [&](int k) { return polygon.normal(k).y; }),
+      distance_x(n, [&](int k) { return -polygon.normal(k).x; }),
+      distance_y(n, [&](int k) { return -polygon.normal(k).y; }),
       sum_value(4 * centre * sine * sine),
       sum_slope(2 * std::cos(2 * std::numbers::pi / n)),
+      around_x(n, [&](int k) { return -sum_slope * polygon.normal(k).x; }),
+      around_y(n, [&](int k) { return -sum_slope * polygon.normal(k).y; }),
+      power_slope(degree),
+      power_bend(0.5 * degree * (degree - 1)),
       far_weight(n, [&](int j) { return far(j); }),
       is_far(n, [](int k) { return k > 1 ? 1.0 : 0.0; }),
       near_weight{near_table(-1), near_table(0), near_table(1)} {

@@ -64,9 +64,11 @@ struct RingTables {
     double sine;    ///< sin(pi/n)
     /// x = x_a (a + b) + x_ab a b, y = y_b (b - a).
     double x_a, x_ab, y_b;
-    SideTable left, corner, right;  ///< distances of the sector's corners to the sides
-    SideTable normal_x, normal_y;
-    double sum_value, sum_slope;  ///< l_(i-1) + l_(i+1) = value + slope l_i
+    SideTable left, corner, right;     ///< distances of the sector's corners to the sides
+    SideTable distance_x, distance_y;  ///< derivatives of the distances
+    double sum_value, sum_slope;       ///< l_(i-1) + l_(i+1) = value + slope l_i
+    SideTable around_x, around_y;      ///< derivatives of that
+    double power_slope, power_bend;    ///< d and d (d-1) / 2, as of x^d
 
     /// Of rings: with xi along the normal of side i and eta along the side,
     ///

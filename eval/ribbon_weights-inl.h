@@ -54,7 +54,7 @@ struct WeightSink {
 // ------------------------------------------------------------------ cubic ribbons
 
 /// Six times cubic B-splines, which are sums of truncated powers: f, -f'/3 and f''/6, for
-/// Inner::of(x, -3, 3).
+/// cubic_inner().
 template <int kOrder>
 using Cubic = Taylor<P8, kOrder>;
 
@@ -138,6 +138,47 @@ HWY_INLINE void ef_functions(P8 x, Cubic<kOrder>* functions) {
     functions[2] = plus(plus(three, -4, two), 6, one);
 }
 
+template <bool kEV>
+inline constexpr int kCubicIntervals = kEV ? 2 : 3;
+
+/// `times` x, to put it into them.
+template <int kOrder>
+HWY_INLINE Inner<P8, kOrder> cubic_inner(LaneJet<P8, kOrder> x, int times) {
+    return Inner<P8, kOrder>::of(x, 3 * times, 3 * times * times);
+}
+
+/// Rows 0..2 of a ribbon.
+template <bool kEV, int kOrder>
+HWY_INLINE void cubic_rows(LaneJet<P8, kOrder> h, LaneJet<P8, kOrder>* rows) {
+    constexpr int kIntervals = kCubicIntervals<kEV>;
+    const P8 x = h.c[0] * P8::of(kIntervals);
+    Cubic<kOrder> f[3];
+    if constexpr (kEV)
+        ev_rows<kOrder>(x, f);
+    else
+        ef_functions<kOrder>(x, f);
+    const auto inner = cubic_inner<kOrder>(h, -kIntervals);
+    for (int k = 0; k < 3; ++k)
+        rows[k] = inner.compose(f[k]);
+}
+
+/// The columns of one half of a ribbon, from the middle outwards, for EV without the middle one.
+/// \param x  from this end
+template <bool kEV, int kOrder>
+HWY_INLINE void cubic_half(P8 x, BlendedInner<P8, kOrder> inner,
+                           LaneJet<P8, kOrder>* columns) {
+    Cubic<kOrder> f[3];
+    if constexpr (kEV) {
+        ev_columns<kOrder>(x, f);
+        for (int k = 0; k < 2; ++k)
+            columns[k] = inner.compose(f[k]);
+    } else {
+        ef_functions<kOrder>(x, f);
+        for (int k = 0; k < 3; ++k)
+            columns[k] = inner.compose(f[2 - k]);
+    }
+}
+
 /// For corner i, where ribbon i ends and the next one starts, what lies on either side: rows,
 /// and the columns from the middle outwards (for EV without the middle one), blended.
 template <bool kEV, int kOrder>
@@ -148,47 +189,26 @@ struct CornerBasis {
 
     HWY_INLINE CornerBasis(const RingTables& t, const Ribbons<kOrder>& ribbons) {
         using J = LaneJet<P8, kOrder>;
-        constexpr int kIntervals = kEV ? 2 : 3;
+        constexpr int kIntervals = kCubicIntervals<kEV>;
         const P8 intervals = P8::of(kIntervals);
         const std::int64_t *next = t.next.data(), *previous = t.previous.data();
-        Cubic<kOrder> f[3];
-        {
-            const J x = ribbons.h * intervals;
-            if constexpr (kEV)
-                ev_rows<kOrder>(x.c[0], f);
-            else
-                ef_functions<kOrder>(x.c[0], f);
-            const auto inner = Inner<P8, kOrder>::of(x, -3, 3);
-            for (int k = 0; k < 3; ++k) {
-                rows[k] = inner.compose(f[k]);
-                next_rows[k] = permute(rows[k], next);
-            }
-        }
+        cubic_rows<kEV>(ribbons.h, rows);
+        for (int k = 0; k < 3; ++k)
+            next_rows[k] = permute(rows[k], next);
         // The second half of a ribbon is the mirror image of the first.
-        const J x = ribbons.s * intervals, next_x = permute(x, next);
-        const P8 mirrored = intervals - x.c[0];
-        const auto inner = Inner<P8, kOrder>::of(x, 3, 3),
-                   next_inner = Inner<P8, kOrder>::of(next_x, -3, 3);
-        const auto blended = BlendedInner<P8, kOrder>::of(inner, ribbons.beta),
-                   next_blended =
-                       BlendedInner<P8, kOrder>::of(next_inner, ribbons.next_alpha);
+        const J next_s = permute(ribbons.s, next);
+        const P8 mirrored = neg_mul_add(intervals, ribbons.s.c[0], intervals);
+        const auto inner = cubic_inner<kOrder>(ribbons.s, kIntervals),
+                   next_inner = cubic_inner<kOrder>(next_s, -kIntervals);
+        cubic_half<kEV>(mirrored, BlendedInner<P8, kOrder>::of(inner, ribbons.beta),
+                        columns);
+        cubic_half<kEV>(next_s.c[0] * intervals,
+                        BlendedInner<P8, kOrder>::of(next_inner, ribbons.next_alpha),
+                        next_columns);
         if constexpr (kEV) {
-            ev_columns<kOrder>(mirrored, f);
-            for (int k = 0; k < 2; ++k)
-                columns[k] = blended.compose(f[k]);
-            ev_columns<kOrder>(next_x.c[0], f);
-            for (int k = 0; k < 2; ++k)
-                next_columns[k] = next_blended.compose(f[k]);
             const J alpha = permute(ribbons.next_alpha, previous);
             middle = BlendedInner<P8, kOrder>::of(inner, alpha * ribbons.beta)
                          .compose(middle_cubic<kOrder>(mirrored - P8::of(1)));
-        } else {
-            ef_functions<kOrder>(mirrored, f);
-            for (int k = 0; k < 3; ++k)
-                columns[k] = blended.compose(f[2 - k]);
-            ef_functions<kOrder>(next_x.c[0], f);
-            for (int k = 0; k < 3; ++k)
-                next_columns[k] = next_blended.compose(f[2 - k]);
         }
     }
 };
@@ -323,54 +343,67 @@ HWY_INLINE void shift(Taylor<P8, kOrder>* functions, int n, int last_interval,
     }
 }
 
+/// Rows 0..d-1 of a ribbon.
+template <int kOrder>
+HWY_INLINE void spline_rows(const RingTables& t, bool ev, LaneJet<P8, kOrder> h,
+                            LaneJet<P8, kOrder>* rows) {
+    const int d = t.degree, n_intervals = d - ev;
+    const P8 last = P8::of(n_intervals - 1);
+    const auto x = h * P8::of(n_intervals);
+    const P8 interval = min(max(floor(x.c[0]), P8::zero()), last);
+    const P8 u = x.c[0] - interval;
+    Taylor<P8, kOrder> functions[kMaxDegree + 1];
+    uniform_basis<kOrder>(d, u, functions);
+    if (ev) {
+        const auto extended = extended_function<kOrder>(t, u);
+        for (int r = 0; r <= kOrder; ++r)
+            functions[1].c[r] =
+                if_at_least(interval, last, extended.c[r], functions[1].c[r]);
+    }
+    shift<kOrder>(functions, d, n_intervals - 1, interval);
+    const auto inner = Inner<P8, kOrder>::of(x);
+    for (int k = 0; k < d; ++k)
+        rows[k] = inner.compose(functions[k]);
+}
+
+/// All columns of a ribbon, blended.
+template <int kOrder>
+HWY_INLINE void spline_columns(const RingTables& t, bool ev, LaneJet<P8, kOrder> s,
+                               LaneJet<P8, kOrder> alpha, LaneJet<P8, kOrder> beta,
+                               LaneJet<P8, kOrder>* columns) {
+    const int d = t.degree, n_columns = 2 * d - ev, n_intervals = d - ev;
+    const auto x = s * P8::of(n_intervals);
+    const P8 interval = min(max(floor(x.c[0]), P8::zero()), P8::of(n_intervals - 1));
+    Taylor<P8, kOrder> functions[2 * kMaxDegree];
+    uniform_basis<kOrder>(d, x.c[0] - interval, functions);
+    for (int j = d + 1; j < n_columns; ++j) {
+        for (int r = 0; r <= kOrder; ++r)
+            functions[j].c[r] = P8::zero();
+    }
+    shift<kOrder>(functions, n_columns, n_intervals - 1, interval);
+    const auto inner = Inner<P8, kOrder>::of(x);
+    const auto first_half = BlendedInner<P8, kOrder>::of(inner, alpha),
+               second_half = BlendedInner<P8, kOrder>::of(inner, beta);
+    for (int j = 0; j < n_columns; ++j)
+        columns[j] = (j < d ? first_half : second_half).compose(functions[j]);
+    if (ev)
+        columns[d - 1] = columns[d - 1] * beta;
+}
+
 template <int kOrder>
 HWY_INLINE void spline_weights(const RingTables& t, bool ev,
                                const Ribbons<kOrder>& ribbons, Weights& weights) {
     using J = LaneJet<P8, kOrder>;
     const std::int64_t *next = t.next.data(), *previous = t.previous.data();
-    const int d = t.degree, m = d - 1, n_columns = 2 * d - ev, n_intervals = d - ev;
-    const P8 last = P8::of(n_intervals - 1);
-    Taylor<P8, kOrder> functions[2 * kMaxDegree];
+    const int d = t.degree, m = d - 1;
     J columns[2 * kMaxDegree], rows[kMaxDegree], next_columns[kMaxDegree],
         next_rows[kMaxDegree];
-
-    {
-        const J x = ribbons.h * P8::of(n_intervals);
-        const P8 interval = min(max(floor(x.c[0]), P8::zero()), last);
-        const P8 u = x.c[0] - interval;
-        uniform_basis<kOrder>(d, u, functions);
-        if (ev) {
-            const auto extended = extended_function<kOrder>(t, u);
-            for (int r = 0; r <= kOrder; ++r)
-                functions[1].c[r] =
-                    if_at_least(interval, last, extended.c[r], functions[1].c[r]);
-        }
-        shift<kOrder>(functions, d, n_intervals - 1, interval);
-        const auto inner = Inner<P8, kOrder>::of(x);
-        for (int k = 0; k < d; ++k) {
-            rows[k] = inner.compose(functions[k]);
-            next_rows[k] = permute(rows[k], next);
-        }
-    }
-    {
-        const J x = ribbons.s * P8::of(n_intervals);
-        const P8 interval = min(max(floor(x.c[0]), P8::zero()), last);
-        uniform_basis<kOrder>(d, x.c[0] - interval, functions);
-        for (int j = d + 1; j < n_columns; ++j) {
-            for (int r = 0; r <= kOrder; ++r)
-                functions[j].c[r] = P8::zero();
-        }
-        shift<kOrder>(functions, n_columns, n_intervals - 1, interval);
-        const auto inner = Inner<P8, kOrder>::of(x);
-        const J alpha = permute(ribbons.next_alpha, previous);
-        const auto first_half = BlendedInner<P8, kOrder>::of(inner, alpha),
-                   second_half = BlendedInner<P8, kOrder>::of(inner, ribbons.beta);
-        for (int j = 0; j < n_columns; ++j)
-            columns[j] = (j < d ? first_half : second_half).compose(functions[j]);
-        if (ev)
-            columns[m] = columns[m] * ribbons.beta;
-        for (int k = 0; k < d; ++k)
-            next_columns[k] = permute(columns[k], next);
+    spline_rows<kOrder>(t, ev, ribbons.h, rows);
+    spline_columns<kOrder>(t, ev, ribbons.s, permute(ribbons.next_alpha, previous),
+                           ribbons.beta, columns);
+    for (int k = 0; k < d; ++k) {
+        next_rows[k] = permute(rows[k], next);
+        next_columns[k] = permute(columns[k], next);
     }
 
     J sum, vertex = J::zero();

@@ -26,86 +26,80 @@ using P8 = Pack<kLanes>;
 template <class V, int kOrder>
 HWY_INLINE LaneJet<V, kOrder> distances(const RingTables& t, int k, double a, double b) {
     // Exact 0 on the side, and to relative precision near it.
-    const V low = mul_add(number<V>(b), load<V>(t.right.at(k)),
-                          number<V>((1 - b) * t.centre)),
-            high = mul_add(number<V>(1 - b), load<V>(t.left.at(k)),
-                           number<V>(b) * load<V>(t.corner.at(k)));
-    auto l =
-        LaneJet<V, kOrder>::constant(mul_add(number<V>(1 - a), low, number<V>(a) * high));
+    const V va = number<V>(a), vb = number<V>(b), one = number<V>(1), a1 = one - va,
+            b1 = one - vb;
+    const V low = mul_add(vb, load<V>(t.right.at(k)), b1 * number<V>(t.centre)),
+            high = mul_add(b1, load<V>(t.left.at(k)), vb * load<V>(t.corner.at(k)));
+    auto l = LaneJet<V, kOrder>::constant(mul_add(va, high, a1 * low));
     if constexpr (kOrder > 0) {
-        l.c[1] = -load<V>(t.normal_x.at(k));
-        l.c[2] = -load<V>(t.normal_y.at(k));
+        l.c[1] = load<V>(t.distance_x.at(k));
+        l.c[2] = load<V>(t.distance_y.at(k));
     }
     return l;
 }
 
-/// The sides' parameters h = g / W where all sides are in one register: see
-/// RingTables::quotient.
+/// W of a ring and its derivatives by z = x^2 + y^2: see RingTables::quotient.
 template <int kOrder>
-class RingH {
+HWY_INLINE LaneJet<P8, kOrder> ring_total(const RingTables& t, P8 x, P8 y) {
+    const P8 z = mul_add(x, x, y * y), c1 = P8::of(t.total[1]), two = P8::of(2);
+    if (t.n <= 5) {
+        auto total = LaneJet<P8, kOrder>::constant(mul_add(z, c1, P8::of(t.total[0])));
+        if constexpr (kOrder > 0) {
+            total.c[1] = two * c1 * x;
+            total.c[2] = two * c1 * y;
+        }
+        if constexpr (kOrder > 1)
+            total.c[3] = total.c[5] = c1;
+        return total;
+    }
+    const P8 c2 = P8::of(t.total[2]);
+    LaneJet<P8, kOrder> total;
+    total.c[0] = mul_add(z, mul_add(z, c2, c1), P8::of(t.total[0]));
+    if constexpr (kOrder > 0) {
+        const P8 slope = mul_add(two * z, c2, c1), x2 = two * x, y2 = two * y;
+        total.c[1] = x2 * slope;
+        total.c[2] = y2 * slope;
+        if constexpr (kOrder > 1) {
+            total.c[3] = mul_add(x2 * x2, c2, slope);
+            total.c[4] = two * x2 * y2 * c2;
+            total.c[5] = mul_add(y2 * y2, c2, slope);
+        }
+    }
+    return total;
+}
+
+/// The multiples g = W h of the sides' parameters in a ring.
+template <int kOrder>
+class RingG {
     using J = LaneJet<P8, kOrder>;
 
 public:
-    /// \param l  distances to side first + m in lane m
-    HWY_INLINE RingH(const RingTables& t, int first, double a, double b, J l) {
-        const double x = t.x_a * (a + b) + t.x_ab * (a * b), y = t.y_b * (b - a);
-        set_total(t, x, y);
-        const P8 nx = P8::load(t.normal_x.at(first)), ny = P8::load(t.normal_y.at(first));
-        const P8 xi = P8::of(t.centre) - l.c[0],
-                 eta = neg_mul_add(P8::of(x), ny, P8::of(y) * nx);
+    /// \param l  the distance to the side
+    /// \param x, y  the point
+    /// \param l_x, l_y  the derivatives of l, of which the side's normal is the opposite
+    static HWY_INLINE J of(const RingTables& t, P8 l, P8 x, P8 y, P8 l_x, P8 l_y) {
+        const P8 xi = P8::of(t.centre) - l, eta = mul_sub(x, l_y, y * l_x);
         const J q = t.n <= 5 ? quadratic(t, xi, eta) : polynomial(t, xi, eta);
         // Times l = centre - xi, then from (xi, eta) to (x, y).
-        g_.c[0] = l.c[0] * q.c[0];
+        J g;
+        g.c[0] = l * q.c[0];
         if constexpr (kOrder > 0) {
-            const P8 g1 = mul_sub(l.c[0], q.c[1], q.c[0]), g2 = l.c[0] * q.c[2];
-            g_.c[1] = neg_mul_add(ny, g2, nx * g1);
-            g_.c[2] = mul_add(nx, g2, ny * g1);
+            const P8 g1 = neg_mul_add(l, q.c[1], q.c[0]), g2 = l * q.c[2];
+            g.c[1] = mul_add(l_x, g1, l_y * g2);
+            g.c[2] = neg_mul_add(l_x, g2, l_y * g1);
             if constexpr (kOrder > 1) {
-                const P8 g3 = mul_sub(l.c[0], q.c[3], q.c[1]),
-                         g4 = mul_sub(l.c[0], q.c[4], q.c[2]), g5 = l.c[0] * q.c[5];
-                const P8 xx = nx * nx, xy = nx * ny, yy = ny * ny;
-                g_.c[3] = mul_add(xx, g3, neg_mul_add(xy, g4, yy * g5));
-                g_.c[4] = mul_add(P8::of(2) * xy, g3 - g5, (xx - yy) * g4);
-                g_.c[5] = mul_add(yy, g3, mul_add(xy, g4, xx * g5));
+                const P8 g3 = mul_sub(l, q.c[3], q.c[1]), g4 = mul_sub(l, q.c[4], q.c[2]),
+                         g5 = l * q.c[5];
+                const P8 xx = l_x * l_x, xy = l_x * l_y, yy = l_y * l_y;
+                g.c[3] = mul_add(xx, g3, neg_mul_add(xy, g4, yy * g5));
+                g.c[4] = mul_add(P8::of(2) * xy, g3 - g5, (xx - yy) * g4);
+                g.c[5] = mul_add(yy, g3, mul_add(xy, g4, xx * g5));
             }
         }
+        return g;
     }
-
-    HWY_INLINE J g() const { return g_; }
-    HWY_INLINE J h() const { return quotient(g_, J::same(total_), P8::of(inverse_)); }
 
 private:
-    using S = LaneJet<double, kOrder>;
-
-    /// W and its derivatives by z = x^2 + y^2.
-    HWY_INLINE void set_total(const RingTables& t, double x, double y) {
-        const double z = x * x + y * y, c1 = t.total[1];
-        if (t.n <= 5) {
-            total_ = S::constant(t.total[0] + z * c1);
-            inverse_ = 1 / total_.c[0];
-            if constexpr (kOrder > 0) {
-                total_.c[1] = (c1 + c1) * x;
-                total_.c[2] = (c1 + c1) * y;
-                if constexpr (kOrder > 1)
-                    total_.c[3] = total_.c[5] = c1;
-            }
-            return;
-        }
-        const double c2 = t.total[2];
-        total_.c[0] = t.total[0] + z * (c1 + z * c2);
-        inverse_ = 1 / total_.c[0];
-        if constexpr (kOrder > 0) {
-            const double slope = c1 + 2 * z * c2;
-            total_.c[1] = 2 * x * slope;
-            total_.c[2] = 2 * y * slope;
-            if constexpr (kOrder > 1) {
-                total_.c[3] = slope + 4 * x * x * c2;
-                total_.c[4] = 8 * x * y * c2;
-                total_.c[5] = slope + 4 * y * y * c2;
-            }
-        }
-    }
-
     /// Q where n <= 5.
     static HWY_INLINE J quadratic(const RingTables& t, P8 xi, P8 eta) {
         const auto coefficient = [&](int p, int r)
@@ -151,10 +145,6 @@ private:
         }
         return q;
     }
-
-    J g_;
-    S total_;
-    double inverse_;
 };
 
 /// h where there are more sides, from Wachspress' weights of the corners, over the product
@@ -230,54 +220,75 @@ struct Ribbons {
     HWY_INLINE Ribbons() {}  // an implicit one is not compiled for the instruction set
 };
 
-/// What follows from l and from h, or from a multiple g of h that is the same for all sides.
-/// \param l, first  distances, to side first + m in lane m
+/// g^d
 template <int kOrder>
-HWY_INLINE void set_blends(const RingTables& t, int first, LaneJet<P8, kOrder> l,
-                           LaneJet<P8, kOrder> g, Ribbons<kOrder>& r) {
-    using J = LaneJet<P8, kOrder>;
-    const int d = t.degree;
-    P8 two = d == 2 ? P8::of(1) : g.c[0];  // g^(d-2)
-    for (int k = 3; k < d; ++k)
+HWY_INLINE LaneJet<P8, kOrder> power(const RingTables& t, LaneJet<P8, kOrder> g) {
+    P8 two = t.degree == 2 ? P8::of(1) : g.c[0];  // g^(d-2)
+    for (int k = 3; k < t.degree; ++k)
         two = two * g.c[0];
     const P8 one = two * g.c[0];
     Taylor<P8, kOrder> taylor;
     taylor.c[0] = one * g.c[0];
     if constexpr (kOrder > 0)
-        taylor.c[1] = one;
+        taylor.c[1] = one * P8::of(t.power_slope);
     if constexpr (kOrder > 1)
-        taylor.c[2] = two * P8::of(0.5 * (d - 1));
-    const J own = Inner<P8, kOrder>::of(g, d, d).compose(taylor),
-            other = permute(own, t.next.data()), sum = own + other;
+        taylor.c[2] = two * P8::of(t.power_bend);
+    return Inner<P8, kOrder>::of(g).compose(taylor);
+}
 
-    J around;  // l_(i-1) + l_(i+1)
-    around.c[0] = mul_add(P8::of(t.sum_slope), l.c[0], P8::of(t.sum_value));
+/// alpha_(i+1) and beta_i, from g^d of sides i and i+1.
+template <int kOrder>
+HWY_INLINE void set_blends(LaneJet<P8, kOrder> own, LaneJet<P8, kOrder> other,
+                           LaneJet<P8, kOrder>& next_alpha, LaneJet<P8, kOrder>& beta) {
+    const auto sum = own + other;
+    const P8 of_sum = inverse(sum.c[0]);
+    next_alpha = quotient(own, sum, of_sum);
+    beta.c[0] = other.c[0] * of_sum;
+    for (int k = 1; k < sum.kSize; ++k)
+        beta.c[k] = -next_alpha.c[k];
+}
+
+/// s_i
+/// \param before  l_(i-1), of which second derivatives vanish
+/// \param around  l_(i-1) + l_(i+1), likewise
+template <int kOrder>
+HWY_INLINE LaneJet<P8, kOrder> along_side(LaneJet<P8, kOrder> before,
+                                          LaneJet<P8, kOrder> around) {
+    LaneJet<P8, kOrder> s;
+    const P8 of_around = inverse(around.c[0]);
+    s.c[0] = before.c[0] * of_around;
     if constexpr (kOrder > 0) {
-        around.c[1] = P8::of(t.sum_slope) * l.c[1];
-        around.c[2] = P8::of(t.sum_slope) * l.c[2];
-    }
-    // The second division waits for g, and the first does not.
-    const P8 of_around = P8::of(1) / around.c[0], of_sum = P8::of(1) / sum.c[0];
-
-    r.next_alpha = quotient(own, sum, of_sum);
-    r.beta.c[0] = other.c[0] * of_sum;
-    for (int k = 1; k < J::kSize; ++k)
-        r.beta.c[k] = -r.next_alpha.c[k];
-
-    // Second derivatives of l vanish.
-    r.s.c[0] = permute(l.c[0], t.previous.data()) * of_around;
-    if constexpr (kOrder > 0) {
-        const P8 x = P8::load(t.normal_x.at(first - 1)),
-                 y = P8::load(t.normal_y.at(first - 1));
-        r.s.c[1] = -mul_add(around.c[1], r.s.c[0], x) * of_around;
-        r.s.c[2] = -mul_add(around.c[2], r.s.c[0], y) * of_around;
+        s.c[1] = neg_mul_add(around.c[1], s.c[0], before.c[1]) * of_around;
+        s.c[2] = neg_mul_add(around.c[2], s.c[0], before.c[2]) * of_around;
         if constexpr (kOrder > 1) {
             const P8 scale = -of_around;
-            r.s.c[3] = around.c[1] * r.s.c[1] * scale;
-            r.s.c[4] = mul_add(around.c[1], r.s.c[2], around.c[2] * r.s.c[1]) * scale;
-            r.s.c[5] = around.c[2] * r.s.c[2] * scale;
+            s.c[3] = around.c[1] * s.c[1] * scale;
+            s.c[4] = mul_add(around.c[1], s.c[2], around.c[2] * s.c[1]) * scale;
+            s.c[5] = around.c[2] * s.c[2] * scale;
         }
     }
+    return s;
+}
+
+/// What follows from l and from h, or from a multiple g of h that is the same for all sides.
+/// \param l, first  distances, to side first + m in lane m
+template <int kOrder>
+HWY_INLINE void set_lanes(const RingTables& t, int first, LaneJet<P8, kOrder> l,
+                          LaneJet<P8, kOrder> g, Ribbons<kOrder>& r) {
+    using J = LaneJet<P8, kOrder>;
+    // First what all else has to wait for.
+    const J own = power(t, g);
+    set_blends(own, permute(own, t.next.data()), r.next_alpha, r.beta);
+    J before, around;
+    before.c[0] = permute(l.c[0], t.previous.data());
+    around.c[0] = mul_add(P8::of(t.sum_slope), l.c[0], P8::of(t.sum_value));
+    if constexpr (kOrder > 0) {
+        before.c[1] = P8::load(t.distance_x.at(first - 1));
+        before.c[2] = P8::load(t.distance_y.at(first - 1));
+        around.c[1] = P8::load(t.around_x.at(first));
+        around.c[2] = P8::load(t.around_y.at(first));
+    }
+    r.s = along_side(before, around);
 }
 
 /// Zero in lanes where the mask is.
@@ -294,9 +305,14 @@ HWY_INLINE Ribbons<kOrder> ring_ribbons(const RingTables& t, const DomainPoint& 
     Ribbons<kOrder> r;
     const int first = t.n - p.sector;
     const auto l = distances<P8, kOrder>(t, first, p.a, p.b);
-    const RingH<kOrder> ring(t, first, p.a, p.b, l);
-    set_blends<kOrder>(t, first, l, ring.g(), r);
-    r.h = ring.h();
+    const P8 a = P8::of(p.a), b = P8::of(p.b),
+             x = mul_add(P8::of(t.x_a), a + b, P8::of(t.x_ab) * (a * b)),
+             y = P8::of(t.y_b) * (b - a);
+    const auto total = ring_total<kOrder>(t, x, y);
+    const auto g = RingG<kOrder>::of(t, l.c[0], x, y, P8::load(t.distance_x.at(first)),
+                                     P8::load(t.distance_y.at(first)));
+    set_lanes<kOrder>(t, first, l, g, r);
+    r.h = quotient(g, total, P8::of(1 / first_lane(total.c[0])));
     return r;
 }
 
@@ -307,7 +323,7 @@ HWY_INLINE Ribbons<kOrder> window_ribbons(const RingTables& t, const DomainPoint
     Ribbons<kOrder> r;
     const auto l = distances<P8, kOrder>(t, first, p.a, p.b);
     r.h = h.h(first, l, distances<P8, kOrder>(t, first + 1, p.a, p.b));
-    set_blends<kOrder>(t, first, l, r.h, r);
+    set_lanes<kOrder>(t, first, l, r.h, r);
     alignas(64) double is_ribbon[kLanes];
     for (int m = 0; m < kLanes; ++m)
         is_ribbon[m] = first + m < t.n ? t.is_ribbon[m] : 0.0;

@@ -99,41 +99,54 @@ double scale(const PatchClass& c, const DomainPoint& p, int m) {
     return size;
 }
 
+/// Second derivatives of quadratic patches jump at knots, which are there.
+template <int Order>
+bool jumps(const PatchClass& c, const DomainPoint& p) {
+    const auto at_end = [](double x) { return x == 0 || x == 1; };
+    return Order == 2 && c.degree == 2 && (at_end(p.a) || at_end(p.b) || p.a == p.b);
+}
+
+/// \param value  value(r, x): derivative r of channel x
+template <int Order, class T, class Value>
+void expect_as_by_weights(const PatchBasis& basis, const DomainPoint& p, Chart chart,
+                          const Net<T>& net, Value&& value) {
+    const PatchClass& c = basis.patch_class();
+    const auto expected = by_weights<Order>(basis, p, chart, net);
+    for (int r = 0; r < n_derivatives(Order); ++r) {
+        // Some thirty operations round before the sums of (d+1)^2 products do.
+        const int m = r > 2 ? 2 : r > 0;
+        double size = scale(c, p, m);
+        for (int k = 0; k < n_derivatives(Order); ++k) {
+            for (const double x : expected[k]) {
+                if ((k > 2 ? 2 : k > 0) == m)
+                    size = std::max(size, std::abs(x));
+            }
+        }
+        // At borders up to three surfaces and a curve are put together, at places that
+        // are moved.
+        const double tolerance = (c.border == PatchBorder::None ? 64 : 256) *
+                                 std::numeric_limits<double>::epsilon() * size;
+        for (int x = 0; x < std::min(4, net.stride); ++x)
+            EXPECT_NEAR(value(r, x), expected[r][x], tolerance)
+                << testing::PrintToString(c) << " sector " << p.sector << " (" << p.a
+                << ", " << p.b << ") chart " << int(chart) << " derivative " << r;
+    }
+}
+
 template <int Order, class T>
 int check(const PatchBasis& basis, const Net<T>& net) {
     const PatchClass& c = basis.patch_class();
     int n_checked = 0;
-    const auto at_end = [](double x) { return x == 0 || x == 1; };
     for (const DomainPoint& p : domain_points(c)) {
-        // Second derivatives of quadratic patches jump at knots, which are there.
-        if (Order == 2 && c.degree == 2 && (at_end(p.a) || at_end(p.b) || p.a == p.b))
+        if (jumps<Order>(c, p))
             continue;
         for (const Chart chart : {Chart::BaseUV, Chart::Native}) {
             detail::PointJet jet;
             if (!basis.sum<T>(p, chart, Order, {}, net.sum(), jet))
                 continue;
             ++n_checked;
-            const auto expected = by_weights<Order>(basis, p, chart, net);
-            for (int r = 0; r < n_derivatives(Order); ++r) {
-                // Some thirty operations round before the sums of (d+1)^2 products do.
-                const int m = r > 2 ? 2 : r > 0;
-                double size = scale(c, p, m);
-                for (int k = 0; k < n_derivatives(Order); ++k) {
-                    for (const double x : expected[k]) {
-                        if ((k > 2 ? 2 : k > 0) == m)
-                            size = std::max(size, std::abs(x));
-                    }
-                }
-                // At borders up to three surfaces and a curve are put together, at places that
-                // are moved.
-                const double tolerance = (c.border == PatchBorder::None ? 64 : 256) *
-                                         std::numeric_limits<double>::epsilon() * size;
-                for (int x = 0; x < std::min(4, net.stride); ++x)
-                    EXPECT_NEAR(jet.value[r][x], expected[r][x], tolerance)
-                        << testing::PrintToString(c) << " sector " << p.sector << " ("
-                        << p.a << ", " << p.b << ") chart " << int(chart)
-                        << " derivative " << r;
-            }
+            expect_as_by_weights<Order>(basis, p, chart, net,
+                                        [&](int r, int x) { return jet.value[r][x]; });
         }
     }
     return n_checked;
@@ -178,6 +191,106 @@ TYPED_TEST(PointKernels, PatchesOfNSidesEqualTheirWeights) {
     // Machines with narrow registers have no such kernels.
     const bool wide = (hwy::SupportedTargets() & (HWY_AVX2 | HWY_AVX3)) != 0;
     EXPECT_EQ(n_checked > 0, wide);
+}
+
+/// Places of any sectors at a time, the last few repeated.
+template <int Order>
+void check_many(const PatchBasis& basis, const Net<double>& net) {
+    constexpr int kLanes = detail::kLanes;
+    const PatchClass& c = basis.patch_class();
+    std::vector<double> values;
+    for (const Index i : net.points)
+        values.insert(values.end(), &net.values[3 * i], &net.values[3 * i] + 3);
+    std::vector<DomainPoint> points = domain_points(c);
+    std::erase_if(points, [&](const DomainPoint& p) {
+        return !basis.is_of_many(p) || jumps<Order>(c, p);
+    });
+    std::mt19937 engine(3);
+    std::ranges::shuffle(points, engine);
+    for (std::size_t first = 0; first < points.size(); first += kLanes) {
+        const auto point = [&](int i) { return points[(first + i) % points.size()]; };
+        detail::PointPlaces at{};
+        for (int i = 0; i < kLanes; ++i) {
+            at.sector[i] = point(i).sector;
+            at.a[i] = point(i).a;
+            at.b[i] = point(i).b;
+            at.cos[i] = 1;
+        }
+        for (const Chart chart : {Chart::BaseUV, Chart::Native}) {
+            detail::PointJets jets;
+            basis.sum_many(values, at, chart, Order, jets);
+            for (int i = 0; i < kLanes; ++i)
+                expect_as_by_weights<Order>(
+                    basis, point(i), chart, net,
+                    [&](int r, int x) { return jets.value[r][x][i]; });
+        }
+    }
+}
+
+TEST(PointKernelsOfMany, EqualTheirWeights) {
+    for_each_target([] {
+        for (const PatchKind kind : {PatchKind::Regular, PatchKind::EV, PatchKind::EF}) {
+            for (const int n : {3, 4, 5, 6, 7, 8}) {
+                for (const int d : {2, 3, 4, 7, kMaxDegree}) {
+                    const bool is_regular = kind == PatchKind::Regular;
+                    if (is_regular ? n != 4 : d > 7 && n != 5)
+                        continue;
+                    const PatchBasis basis({kind, d, n});
+                    if (!basis.has_many())
+                        continue;
+                    const Net<double> net(basis.patch_class().n_points(), 3);
+                    check_many<0>(basis, net);
+                    check_many<1>(basis, net);
+                    check_many<2>(basis, net);
+                }
+            }
+        }
+    });
+}
+
+// Their (u, v) are turned, each by its own quarters; constants are constant.
+TEST(PointKernelsOfMany, TurnDerivativesOfEachPlace) {
+    for_each_target([] {
+        for (const PatchClass& c : {PatchClass{PatchKind::Regular, 3, 4},
+                                    {PatchKind::EV, 3, 5},
+                                    {PatchKind::EF, 4, 6}}) {
+            const PatchBasis basis(c);
+            if (!basis.has_many())
+                continue;
+            const Net<double> net(c.n_points(), 2);
+            std::vector<double> values;
+            for (const Index i : net.points)
+                values.insert(values.end(),
+                              {net.values[2 * i], net.values[2 * i + 1], 1.0});
+            detail::PointPlaces at{};
+            for (int i = 0; i < detail::kLanes; ++i) {
+                at.sector[i] = c.is_square() ? 0 : i % c.n_sectors;
+                at.a[i] = 0.1 * i;
+                at.b[i] = 0.9 - 0.1 * i;
+                const int quarters = i % 4;
+                at.cos[i] = quarters % 2 == 0 ? 2 - 2 * quarters : 0;
+                at.sin[i] = quarters % 2 == 1 ? 4 - 2 * quarters : 0;
+            }
+            for (const Chart chart : {Chart::BaseUV, Chart::Native}) {
+                detail::PointJets jets;
+                basis.sum_many(values, at, chart, 2, jets);
+                for (int i = 0; i < detail::kLanes; ++i) {
+                    const DomainPoint p{at.sector[i], at.a[i], at.b[i]};
+                    detail::PointJet jet;
+                    ASSERT_TRUE(basis.sum<double>(p, chart, 2, {at.cos[i], at.sin[i]},
+                                                  net.sum(), jet));
+                    for (int r = 0; r < 6; ++r) {
+                        const int m = r > 2 ? 2 : r > 0;
+                        const double tolerance = 64 * std::pow(2, m) * scale(c, p, m) *
+                                                 std::numeric_limits<double>::epsilon();
+                        for (int x = 0; x < 2; ++x)
+                            EXPECT_NEAR(jets.value[r][x][i], jet.value[r][x], tolerance);
+                        EXPECT_NEAR(jets.value[r][2][i], r == 0, tolerance);
+                    }
+                }
+            }
+        }
+    });
 }
 
 TYPED_TEST(PointKernels, BordersAndSpikesEqualTheirWeights) {

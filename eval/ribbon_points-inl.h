@@ -1,0 +1,189 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+// Included once for each instruction set that is compiled (hwy/foreach_target.h).
+#if defined(OSDX_EVAL_RIBBON_POINTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef OSDX_EVAL_RIBBON_POINTS_INL_H_
+#undef OSDX_EVAL_RIBBON_POINTS_INL_H_
+#else
+#define OSDX_EVAL_RIBBON_POINTS_INL_H_
+#endif
+
+#include "eval/point_kernels.h"
+#include "eval/ribbon_weights-inl.h"
+
+// The weights of the control points of rings at several points of the domain, one a lane: the
+// ribbons come one after the other. Variables are (x, y) of the n-gon, whatever the sectors.
+
+HWY_BEFORE_NAMESPACE();
+namespace osdx::HWY_NAMESPACE {
+
+using detail::PointPlaces;
+
+/// Where the places are: (x, y), and the distances to all sides.
+struct RingPlaces {
+    P8 a, b, cos, sin;  // of the sector's direction
+    P8 x, y;
+    alignas(64) double distances[kLanes][kLanes];
+
+    HWY_INLINE RingPlaces(const RingTables& t, const PointPlaces& at)
+        : a(P8::load(at.a)), b(P8::load(at.b)) {
+        alignas(64) double turns[2][kLanes];
+        for (int i = 0; i < kLanes; ++i) {
+            turns[0][i] = t.sector_turn[at.sector[i]].x;
+            turns[1][i] = t.sector_turn[at.sector[i]].y;
+        }
+        cos = P8::load(turns[0]);
+        sin = P8::load(turns[1]);
+        const P8 along = mul_add(P8::of(t.x_a), a + b, P8::of(t.x_ab) * (a * b)),
+                 across = P8::of(t.y_b) * (b - a);
+        x = mul_sub(cos, along, sin * across);
+        y = mul_add(sin, along, cos * across);
+        const P8 centre = P8::of(t.centre);
+        for (int k = 0; k < t.n; ++k) {
+            const P8 l_x = P8::of(*t.distance_x.at(k)), l_y = P8::of(*t.distance_y.at(k));
+            mul_add(l_x, x, mul_add(l_y, y, centre)).store(distances[k]);
+        }
+        // Exact 0 on the sides at the corner of the sector, and to relative precision near them.
+        const P8 one = P8::of(1), half = P8::of(*t.right.at(0));
+        alignas(64) double near[2][kLanes];
+        ((one - a) * mul_add(b, half, (one - b) * centre)).store(near[0]);
+        ((one - b) * mul_add(a, half, (one - a) * centre)).store(near[1]);
+        for (int i = 0; i < kLanes; ++i) {
+            distances[at.sector[i]][i] = near[0][i];
+            distances[t.next[at.sector[i]]][i] = near[1][i];
+        }
+    }
+
+    template <int kOrder>
+    HWY_INLINE LaneJet<P8, kOrder> distance(const RingTables& t, int k) const {
+        auto l = LaneJet<P8, kOrder>::constant(P8::load(distances[k]));
+        if constexpr (kOrder > 0) {
+            l.c[1] = P8::of(*t.distance_x.at(k));
+            l.c[2] = P8::of(*t.distance_y.at(k));
+        }
+        return l;
+    }
+
+    /// From derivatives in (x, y) to those in (a, b).
+    template <int kOrder>
+    HWY_INLINE LaneJet<P8, kOrder> in_sector(const RingTables& t,
+                                             LaneJet<P8, kOrder> jet) const {
+        LaneJet<P8, kOrder> r = jet;
+        if constexpr (kOrder > 0) {
+            const P8 x_ab = P8::of(t.x_ab), x_a = mul_add(b, x_ab, P8::of(t.x_a)),
+                     x_b = mul_add(a, x_ab, P8::of(t.x_a)), y_b = P8::of(t.y_b);
+            // First along the sector and across it.
+            const P8 along = mul_add(cos, jet.c[1], sin * jet.c[2]),
+                     across = mul_sub(cos, jet.c[2], sin * jet.c[1]) * y_b;
+            r.c[1] = mul_sub(x_a, along, across);
+            r.c[2] = mul_add(x_b, along, across);
+            if constexpr (kOrder > 1) {
+                const P8 cc = cos * cos, ss = sin * sin, cs = cos * sin,
+                         twice = (cs + cs) * jet.c[4];
+                const P8 xx = mul_add(cc, jet.c[3], mul_add(ss, jet.c[5], twice)),
+                         xy =
+                             mul_add(cc - ss, jet.c[4], cs * (jet.c[5] - jet.c[3])) * y_b,
+                         yy = mul_add(ss, jet.c[3], mul_sub(cc, jet.c[5], twice)) *
+                              (y_b * y_b);
+                r.c[3] = mul_add(x_a, mul_sub(x_a, xx, xy + xy), yy);
+                r.c[4] = mul_add(x_ab, along,
+                                 mul_add(x_a * x_b, xx, mul_sub(x_a - x_b, xy, yy)));
+                r.c[5] = mul_add(x_b, mul_add(x_b, xx, xy + xy), yy);
+            }
+        }
+        return r;
+    }
+};
+
+/// Calls take(point, weight) for all control points, up to one common factor.
+/// \tparam kDegree  0 for any
+template <int kDegree, bool kEV, int kOrder, class Take>
+HWY_INLINE void ring_point_weights(const RingTables& t, const RingPlaces& places,
+                                   Take&& take) {
+    using J = LaneJet<P8, kOrder>;
+    const int n = t.n, d = kDegree > 0 ? kDegree : t.degree, m = d - 1;
+    constexpr int kMost = kDegree > 0 ? kDegree : kMaxDegree;
+    J l[kLanes], powers[kLanes], h[kLanes], alpha[kLanes], beta[kLanes];
+    {
+        const auto total = ring_total<kOrder>(t, places.x, places.y);
+        const P8 of_total = inverse(total.c[0]);
+        for (int i = 0; i < n; ++i) {
+            l[i] = places.distance<kOrder>(t, i);
+            const J g = RingG<kOrder>::of(t, l[i].c[0], places.x, places.y,
+                                          P8::of(*t.distance_x.at(i)),
+                                          P8::of(*t.distance_y.at(i)));
+            powers[i] = power(t, g);
+            h[i] = quotient(g, total, of_total);
+        }
+    }
+    for (int i = 0; i < n; ++i) {
+        const auto next = t.next[i];
+        set_blends(powers[i], powers[next], alpha[next], beta[i]);
+    }
+
+    struct Ribbon {
+        J rows[kMost], columns[2 * kMost];
+    };
+    Ribbon ribbons[kLanes];
+    for (int i = 0; i < n; ++i) {
+        J *const rows = ribbons[i].rows, *const columns = ribbons[i].columns;
+        const J before = l[t.previous[i]];
+        J around = before + l[t.next[i]];
+        if constexpr (kOrder > 0) {
+            around.c[1] = P8::of(*t.around_x.at(i));
+            around.c[2] = P8::of(*t.around_y.at(i));
+        }
+        const J s = along_side(before, around);
+        if constexpr (kDegree == 3) {
+            cubic_rows<kEV>(h[i], rows);
+            constexpr int kIntervals = kCubicIntervals<kEV>;
+            const P8 intervals = P8::of(kIntervals), x = s.c[0] * intervals,
+                     mirrored = intervals - x;
+            const auto inner = cubic_inner<kOrder>(s, -kIntervals),
+                       mirrored_inner = cubic_inner<kOrder>(s, kIntervals);
+            J half[3];
+            cubic_half<kEV>(x, BlendedInner<P8, kOrder>::of(inner, alpha[i]), half);
+            for (int k = 0; k < 3 - kEV; ++k)
+                columns[m - kEV - k] = half[k];
+            cubic_half<kEV>(mirrored,
+                            BlendedInner<P8, kOrder>::of(mirrored_inner, beta[i]),
+                            columns + d);
+            if constexpr (kEV)
+                columns[m] =
+                    BlendedInner<P8, kOrder>::of(mirrored_inner, alpha[i] * beta[i])
+                        .compose(middle_cubic<kOrder>(mirrored - P8::of(1)));
+        } else {
+            spline_rows<kOrder>(t, kEV, h[i], rows);
+            spline_columns<kOrder>(t, kEV, s, alpha[i], beta[i], columns);
+        }
+    }
+
+    // As in spline_weights().
+    int spoke = kEV, inner = spoke + (kEV ? n * m : 0);
+    J vertex = J::zero();
+    for (int i = 0; i < n; ++i) {
+        const Ribbon &own = ribbons[i], &next = ribbons[t.next[i]],
+                     &previous = ribbons[t.previous[i]];
+        for (int a = kEV; a < d; ++a) {
+            for (int b = kEV; b < d; ++b)
+                take(inner++, mul_add(own.columns[d - kEV + b], own.rows[m - a],
+                                      next.columns[m - a] * next.rows[m - b]));
+        }
+        if constexpr (kEV) {
+            for (int b = 1; b < d; ++b)
+                take(spoke++,
+                     mul_add(own.columns[m], own.rows[m - b],
+                             mul_add(next.columns[m - b], next.rows[m],
+                                     previous.columns[m + b] * previous.rows[m])));
+            vertex = mul_add(own.columns[m], own.rows[m], vertex);
+        }
+    }
+    if constexpr (kEV)
+        take(0, vertex);
+}
+
+}  // namespace osdx::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // OSDX_EVAL_RIBBON_POINTS_INL_H_
