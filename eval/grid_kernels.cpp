@@ -921,6 +921,8 @@ HWY_NOINLINE void sum_all_columns(const T* w, int n, int ny, const T* sums,
     };
     while (ny >= kMaxRows)
         some(std::integral_constant<int, kMaxRows>());
+    if (kMaxRows > 2 && ny >= 2)
+        some(std::integral_constant<int, 2>());
     while (ny > 0)
         some(std::integral_constant<int, 1>());
 }
