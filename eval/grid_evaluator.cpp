@@ -7,6 +7,8 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -343,7 +345,8 @@ struct GridEvaluator<T>::Plan {
 
     void make_tables();
     void turn_sectors();
-    void make_full(const Shape& shape, Index patch, T* out) const;
+    void make_full(const Shape& shape, const grid::Table<T>& t, Index patch,
+                   T* out) const;
     void make_product(const Shape& shape, const grid::Table<T>& t, T* out) const;
     /// \param first_tile_of  by unit, whose tiles follow one another
     void make_blocks(const std::vector<Index>& first_tile_of);
@@ -414,8 +417,7 @@ void GridEvaluator<T>::Plan::make_tables() {
              c.n_points(),
              product ? c.degree : 0,
              product && shape.turns % 2 == 1};
-        size[s] = product ? t.n_product_weights()
-                          : t.n_points * (n_values() * grid::padded<T>(t.n_samples()));
+        size[s] = product ? t.n_product_weights() : t.n_points * t.n_rows();
     }
 
     // What is used most goes first.
@@ -441,7 +443,7 @@ void GridEvaluator<T>::Plan::make_tables() {
         if (tables[s].product_degree > 0)
             make_product(shapes[s], tables[s], out);
         else
-            make_full(shapes[s], patch[s], out);
+            make_full(shapes[s], tables[s], patch[s], out);
         tables[s].weights = out;
     });
 }
@@ -471,12 +473,13 @@ void GridEvaluator<T>::Plan::turn_sectors() {
 }
 
 template <class T>
-void GridEvaluator<T>::Plan::make_full(const Shape& shape, Index patch, T* out) const {
+void GridEvaluator<T>::Plan::make_full(const Shape& shape, const grid::Table<T>& t,
+                                       Index patch, T* out) const {
     const PatchClass& c = table().classes()[shape.patch_class];
     const std::size_t n = static_cast<std::size_t>(c.n_points());
-    const std::size_t rows = grid::padded<T>(std::size_t(shape.nx) * shape.ny);
+    const std::size_t rows = t.derivative_rows();
     constexpr std::size_t kPanel = grid::kPanel<T>;
-    std::fill_n(out, n_values() * rows * n, T(0));
+    std::fill_n(out, t.n_rows() * n, T(0));
     tbb::parallel_for(0, shape.ny, [&](int j) {
         std::vector<double> w(n_values() * n);
         for (int i = 0; i < shape.nx; ++i) {
@@ -522,7 +525,9 @@ void GridEvaluator<T>::Plan::make_product(const Shape& shape, const grid::Table<
              swapped ? along_i.y : along_i.x, [&](int q, int k, T w) {
                  const std::size_t row = std::size_t(q) * shape.nx + i;
                  out[k * t.padded_row(1) + row] = w;
-                 std::fill_n(out + t.along_i(true) + k * t.padded_row(3) + 3 * row, 3, w);
+                 std::fill_n(out + t.along_i(true) + k * t.padded_row(t.n_repeats()) +
+                                 t.n_repeats() * row,
+                             t.n_repeats(), w);
              });
     }
     out += t.along_j();
@@ -594,6 +599,12 @@ void GridEvaluator<T>::Plan::evaluate_block(std::span<const Vec3<T>> points,
         for (; n < kMaxBatch && i < last && tiles[i].shape == shape; ++i, ++n) {
             indices[n] = tiles[i].points;
             first_samples[n] = tiles[i].first_sample;
+            // The lists of the next batch: these come in no order that the processor sees.
+            if (i + kMaxBatch < last) {
+                const Index* const next = tiles[i + kMaxBatch].points;
+                for (int k = 0; k < t.n_points; k += 64 / sizeof(Index))
+                    hwy::Prefetch(next + k);
+            }
         }
         kernel(t,
                {n, &points[0].x, &points.back().x, indices.data(), first_samples.data()},

@@ -7,8 +7,18 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
+#include <type_traits>
 
 #include "eval/targets.h"
+
+// Of lambdas that are no functions of their own.
+#undef OSDX_INLINE
+#if defined(_MSC_VER)
+#define OSDX_INLINE
+#else
+#define OSDX_INLINE __attribute__((always_inline))
+#endif
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "eval/grid_kernels.cpp"
@@ -28,6 +38,16 @@ template <class T>
 using Vec = hn::VFromD<Tag<T>>;
 template <class T>
 constexpr std::size_t kLanes = hn::MaxLanes(Tag<T>());
+
+/// Calls f for the constants 0 .. n - 1. Arrays whose indices are constants stay in registers;
+/// those of loops go by way of memory.
+template <int n, class F>
+HWY_INLINE void unrolled(F&& f) {
+    if constexpr (n > 0) {
+        unrolled<n - 1>(f);
+        f(std::integral_constant<int, n - 1>());
+    }
+}
 
 /// What one vector of results of a full table keeps in registers: the sums of three
 /// coordinates. Half of the registers hold sums and a few more.
@@ -79,32 +99,34 @@ HWY_NOINLINE void full_group(const Table<T>& table, const T* HWY_RESTRICT points
     const T* HWY_RESTRICT w =
         table.weights + first / kPanel<T> * panel + first % kPanel<T>;
     Vec<T> x[P][G], y[P][G], z[P][G];
-    for (std::size_t p = 0; p < P; ++p) {
-        for (std::size_t g = 0; g < G; ++g)
-            x[p][g] = y[p][g] = z[p][g] = hn::Zero(d);
-    }
+    const auto all = [&](auto&& f) OSDX_INLINE {
+        unrolled<P>([&](auto p) OSDX_INLINE {
+            unrolled<G>([&](auto g) OSDX_INLINE { f(p, g); });
+        });
+    };
+    all([&](auto p, auto g) OSDX_INLINE { x[p][g] = y[p][g] = z[p][g] = hn::Zero(d); });
     for (std::size_t k = 0; k < n; ++k, w += kPanel<T>) {
         Vec<T> weights[G];
-        for (std::size_t g = 0; g < G; ++g)
+        unrolled<G>([&](auto g) OSDX_INLINE {
             weights[g] = hn::Load(d, w + g / kPerPanel * panel + g % kPerPanel * N);
-        for (std::size_t p = 0; p < P; ++p) {
+        });
+        unrolled<P>([&](auto p) OSDX_INLINE {
             const T* at = points + 3 * std::size_t(indices[p][k]);
             const Vec<T> px = hn::Set(d, at[0]), py = hn::Set(d, at[1]),
                          pz = hn::Set(d, at[2]);
-            for (std::size_t g = 0; g < G; ++g) {
+            unrolled<G>([&](auto g) OSDX_INLINE {
                 x[p][g] = hn::MulAdd(weights[g], px, x[p][g]);
                 y[p][g] = hn::MulAdd(weights[g], py, y[p][g]);
                 z[p][g] = hn::MulAdd(weights[g], pz, z[p][g]);
-            }
-        }
+            });
+        });
     }
-    for (std::size_t p = 0; p < P; ++p) {
-        for (std::size_t g = 0; g < G; ++g, sums += 3 * N) {
-            hn::Store(x[p][g], d, sums);
-            hn::Store(y[p][g], d, sums + N);
-            hn::Store(z[p][g], d, sums + 2 * N);
-        }
-    }
+    all([&](auto p, auto g) OSDX_INLINE {
+        T* const to = sums + (p * G + g) * 3 * N;
+        hn::Store(x[p][g], d, to);
+        hn::Store(y[p][g], d, to + N);
+        hn::Store(z[p][g], d, to + 2 * N);
+    });
 }
 
 /// full_group() for any number of vectors up to G.
@@ -233,33 +255,40 @@ public:
                          : gaps && nx % kSmall == 0 && N % kSmall == 0;
     }
 
-    /// \param first  the first sample of the patch
-    HWY_INLINE void start(Index first) {
-        first_ = first;
-        derivative_ = 0;
-        start_derivative();
+    /// What comes next of a patch.
+    struct Place {
+        Index first_sample;
+        int derivative;
+        std::size_t sample;
+        RowWriter<T> rows[kInterleaved ? 1 : 3];
+    };
+    HWY_INLINE void start(Index first_sample, Place& place) const {
+        place.first_sample = first_sample;
+        place.derivative = 0;
+        start_derivative(place);
     }
 
     /// \param sums  a vector each of x, y, z; overwritten
-    HWY_INLINE void operator()(T* sums) {
+    HWY_INLINE void operator()(T* sums, Place& place) const {
         const Tag<T> d;
         const Vec<T> x = hn::Load(d, sums), y = hn::Load(d, sums + N),
                      z = hn::Load(d, sums + 2 * N);
-        const std::size_t count = sample_ < n_ ? std::min(N, n_ - sample_) : 0;
+        const std::size_t count = place.sample < n_ ? std::min(N, n_ - place.sample) : 0;
+        RowWriter<T>(&rows)[kStreams] = place.rows;
         if constexpr (kInterleaved) {
             if (in_chunks_)
-                put_chunks(x, y, z, sums, count);
+                put_chunks(x, y, z, sums, count, rows[0]);
             else
-                put_stream(x, y, z, sums, count);
+                put_stream(x, y, z, sums, count, rows[0]);
         } else {
-            rows_[0].write(x, count);
-            rows_[1].write(y, count);
-            rows_[2].write(z, count);
+            rows[0].write(x, count);
+            rows[1].write(y, count);
+            rows[2].write(z, count);
         }
-        sample_ += N;
-        if (sample_ >= padded<T>(n_)) {
-            ++derivative_;
-            start_derivative();
+        place.sample += N;
+        if (place.sample >= padded<T>(n_)) {
+            ++place.derivative;
+            start_derivative(place);
         }
     }
 
@@ -267,42 +296,43 @@ private:
     static constexpr int kStreams = kInterleaved ? 1 : 3;
     static constexpr std::size_t kSmall = 16 / sizeof(T);
 
-    HWY_INLINE void start_derivative() {
-        sample_ = 0;
-        const int r = derivative_;
+    HWY_INLINE void start_derivative(Place& place) const {
+        place.sample = 0;
+        const int r = place.derivative;
         for (int c = 0; c < kStreams && r < n_derivatives_; ++c) {
-            rows_[c] = starts_[r][c];
-            rows_[c].move(first_ * target_.sample_stride[r]);
+            place.rows[c] = starts_[r][c];
+            place.rows[c].move(place.first_sample * target_.sample_stride[r]);
         }
     }
 
     HWY_INLINE void put_chunks(Vec<T> x, Vec<T> y, Vec<T> z, const T* sums,
-                               std::size_t count) {
+                               std::size_t count, RowWriter<T>& row) const {
         if constexpr ((kChunk<T>) > 0) {
             if (HWY_LIKELY(count == N)) {  // known to the compiler, so that it unrolls
                 for (std::size_t k = 0; k < N; k += kChunk<T>)
-                    interleaver_.store(x, y, z, k, rows_[0].next(3 * kChunk<T>));
+                    interleaver_.store(x, y, z, k, row.next(3 * kChunk<T>));
                 return;
             }
             for (std::size_t k = 0; k < count; k += kChunk<T>)
-                interleaver_.store(x, y, z, k, rows_[0].next(3 * kChunk<T>));
+                interleaver_.store(x, y, z, k, row.next(3 * kChunk<T>));
         } else {
             const hn::CappedTag<T, kSmall> small;
             for (std::size_t k = 0; k < count; k += kSmall) {
                 hn::StoreInterleaved3(
                     hn::Load(small, sums + k), hn::Load(small, sums + N + k),
-                    hn::Load(small, sums + 2 * N + k), small, rows_[0].next(3 * kSmall));
+                    hn::Load(small, sums + 2 * N + k), small, row.next(3 * kSmall));
             }
         }
     }
-    HWY_INLINE void put_stream(Vec<T> x, Vec<T> y, Vec<T> z, T* sums, std::size_t count) {
+    HWY_INLINE void put_stream(Vec<T> x, Vec<T> y, Vec<T> z, T* sums, std::size_t count,
+                               RowWriter<T>& row) const {
         const Tag<T> d;
-        if (count == N && rows_[0].fits(3 * N))
-            return hn::StoreInterleaved3(x, y, z, d, rows_[0].next(3 * N));
+        if (count == N && row.fits(3 * N))
+            return hn::StoreInterleaved3(x, y, z, d, row.next(3 * N));
         hn::StoreInterleaved3(x, y, z, d, sums);
         for (std::size_t k = 0; k < 3; ++k) {
             if (3 * count > k * N)
-                rows_[0].write(hn::Load(d, sums + k * N), std::min(N, 3 * count - k * N));
+                row.write(hn::Load(d, sums + k * N), std::min(N, 3 * count - k * N));
         }
     }
 
@@ -312,48 +342,82 @@ private:
     const Interleaver<T> interleaver_;
     bool in_chunks_;
     RowWriter<T> starts_[6][kStreams];  // as if all patches started at sample 0
-    Index first_ = 0;
-    int derivative_ = 0;
-    std::size_t sample_ = 0;
-    RowWriter<T> rows_[kStreams];
 };
 
-template <bool kInterleaved, class T>
-void full(const Table<T>& table, const Batch<T>& batch, const Target<T>& target) {
+/// n rows of a packed matrix, from row `first` on.
+/// \param sums  vectors each of x, y, z
+template <class T>
+void put_packed(const Table<T>& table, const Target<T>& target, Index first_sample,
+                std::size_t first, std::size_t n, const T* sums) {
     constexpr std::size_t N = kLanes<T>;
-    const std::size_t n_vectors =
-        table.n_derivatives() * padded<T>(table.n_samples()) / N;
-    const std::size_t n_groups = (n_vectors + kMaxGroup - 1) / kMaxGroup;
-    // Groups of equal size, unless the vectors of a panel would be parted.
-    const std::size_t size =
-        N == kPanel<T> ? (n_vectors + n_groups - 1) / n_groups : kMaxGroup;
-    PutSamples<T, kInterleaved> put(table, target);
-    HWY_ALIGN T sums[3 * kMaxGroup * N];
-    std::size_t b = 0;
-    // Two patches at a time, where a group is small: it would wait for its own sums.
-    for (; 2 * n_vectors <= kMaxGroup && b + 2 <= batch.n; b += 2) {
-        full_groups<kMaxGroup / 2, 2>(n_vectors, table, batch.points, batch.indices + b,
-                                      0, sums);
-        T* next = sums;
-        for (const std::size_t patch : {b, b + 1}) {
-            put.start(batch.first_samples[patch]);
-            for (std::size_t g = 0; g < n_vectors; ++g, next += 3 * N)
-                put(next);
+    const std::size_t n_samples = table.n_samples(),
+                      n_rows = n_samples * table.n_derivatives(),
+                      sample = first % n_samples, nx = static_cast<std::size_t>(table.nx);
+    std::size_t r = first / n_samples, i = sample % nx, j = sample / nx;
+    for (std::size_t k = 0; k < n && first + k < n_rows; ++k) {
+        T* const to = target.data[r] +
+                      (first_sample + std::ptrdiff_t(i)) * target.sample_stride[r] +
+                      std::ptrdiff_t(j) * target.row_stride[r];
+        const T* const from = sums + k / N * 3 * N + k % N;
+        for (std::size_t c = 0; c < 3; ++c)
+            to[std::ptrdiff_t(c) * target.channel_stride[r]] = from[c * N];
+        if (++i == nx) {
+            i = 0;
+            ++j;
         }
-    }
-    for (; b < batch.n; ++b) {
-        put.start(batch.first_samples[b]);
-        for (std::size_t first = 0; first < n_vectors; first += size) {
-            const std::size_t n = std::min(size, n_vectors - first);
-            full_groups<kMaxGroup, 1>(n, table, batch.points, batch.indices + b,
-                                      first * N, sums);
-            for (std::size_t g = 0; g < n; ++g)
-                put(sums + 3 * N * g);
+        if (j * nx == n_samples) {
+            j = 0;
+            ++r;
         }
     }
 }
 
-// ------------------------------------------------------------------------------- products
+/// P patches at a time, from patch b on, as long as there are so many: they have the weights
+/// in common, which are not all in the nearest cache.
+template <std::size_t P, bool kInterleaved, class T>
+HWY_INLINE void full_patches(const Table<T>& table, const Batch<T>& batch,
+                             const Target<T>& target,
+                             const PutSamples<T, kInterleaved>& put, std::size_t& b) {
+    constexpr std::size_t N = kLanes<T>, G = kMaxGroup / P;
+    const std::size_t n_vectors = table.n_rows() / N;
+    const std::size_t n_groups = (n_vectors + G - 1) / G;
+    // Groups of equal size, unless the vectors of a panel would be parted.
+    const std::size_t size = N == kPanel<T> ? (n_vectors + n_groups - 1) / n_groups : G;
+    HWY_ALIGN T sums[3 * kMaxGroup * N];
+    for (; b + P <= batch.n; b += P) {
+        typename PutSamples<T, kInterleaved>::Place places[P];
+        for (std::size_t p = 0; p < P; ++p)
+            put.start(batch.first_samples[b + p], places[p]);
+        for (std::size_t first = 0; first < n_vectors; first += size) {
+            const std::size_t n = std::min(size, n_vectors - first);
+            full_groups<G, P>(n, table, batch.points, batch.indices + b, first * N, sums);
+            for (std::size_t p = 0; p < P; ++p) {
+                T* const own = sums + 3 * N * n * p;
+                if (table.packed()) {
+                    put_packed(table, target, batch.first_samples[b + p], first * N,
+                               n * N, own);
+                    continue;
+                }
+                for (std::size_t g = 0; g < n; ++g)
+                    put(own + 3 * N * g, places[p]);
+            }
+        }
+    }
+}
+
+template <bool kInterleaved, class T>
+void full(const Table<T>& table, const Batch<T>& batch, const Target<T>& target) {
+    const std::size_t n_vectors = table.n_rows() / kLanes<T>;
+    const PutSamples<T, kInterleaved> put(table, target);
+    std::size_t b = 0;
+    // Not where groups of four patches would part what is one group of two.
+    if (n_vectors <= kMaxGroup / 4 || n_vectors > kMaxGroup / 2)
+        full_patches<4, kInterleaved>(table, batch, target, put, b);
+    full_patches<2, kInterleaved>(table, batch, target, put, b);
+    full_patches<1, kInterleaved>(table, batch, target, put, b);
+}
+
+// --------------------------------------------------------------------- products of low degree
 
 /// K = degree + 1, or 0 for whatever the table says.
 template <int K, class T>
@@ -598,19 +662,365 @@ void any_product(const Table<T>& table, const Batch<T>& batch, const Target<T>& 
     if (table.product_degree + 1 == K)
         return product_of_order<K, kInterleaved>(table, batch, target);
     if constexpr (K < kLast)
-        any_product<K + 1, kLast, kInterleaved>(table, batch, target);
-    else
+        return any_product<K + 1, kLast, kInterleaved>(table, batch, target);
+    if constexpr (!kInterleaved)
         product_of_order<0, kInterleaved>(table, batch, target);
+}
+
+// ------------------------------------------------------------------ products of high degree
+
+// Of the layout that is common. First along i, for each row of control points, straight from
+// where these are: x, y, z and a fourth element of no meaning, which is dropped when the row
+// is done. Then along j. A weight is loaded for some rows at a time; their number and that of
+// vectors are all that is known to the compiler, so that all degrees are one.
+
+/// Vectors of a row: with the fourth elements, and without.
+constexpr int kMaxSpread = 4, kMaxDense = 3;
+/// Rows at a time: half of the registers hold their sums.
+constexpr int kMaxRows = HWY_TARGET <= HWY_AVX3 ? 4 : 2;
+
+/// From the sums of a row of control points to those of the next.
+template <class T>
+constexpr std::size_t kSumStride = kMaxDense* kLanes<T> + kPanel<T>;
+
+/// Where the control points of patches are.
+template <class T>
+struct PointSource {
+    const T* points;
+    const T* last_point;
+    std::ptrdiff_t along_row, along_k;  // in the list of indices
+    int n;                              // degree + 1
+};
+
+/// Vector v of a row: x, y, z, something, ... of a point.
+/// \tparam kLast  whether it may be the last one, behind which nothing is read
+template <bool kLast, class T>
+HWY_INLINE Vec<T> spread(const PointSource<T>& source, Index point, int v) {
+    const Tag<T> d;
+    constexpr std::size_t N = kLanes<T>;
+    const T* p = source.points + 3 * std::size_t(point);
+    HWY_ALIGN T copy[4];
+    if (kLast && p == source.last_point) {
+        std::copy_n(p, 3, copy);
+        copy[3] = 0;
+        p = copy;
+    }
+    if constexpr (N < 4) {
+        return hn::LoadU(d, p + v % (4 / N) * N);
+    } else if constexpr (N == 4) {
+        return hn::LoadU(d, p);
+    } else if constexpr (sizeof(T) == 4) {
+        return hn::LoadDup128(d, p);
+    } else {
+        static constexpr auto kFrom =
+            constants<hn::TFromD<hn::RebindToSigned<Tag<T>>>, N>(
+                [](std::size_t l) { return l % 4; });
+        return hn::TableLookupLanes(hn::MaskedLoad(hn::FirstN(d, 4), d, p),
+                                    hn::SetTableIndices(d, kFrom.data()));
+    }
+}
+
+/// Drops each fourth element of up to four vectors.
+template <class T>
+class Closer {
+    static constexpr std::size_t N = kLanes<T>;
+    static constexpr bool kByLookup = N > 4;
+    using Int = hn::RebindToSigned<Tag<T>>;
+
+public:
+    HWY_INLINE Closer() {
+        if constexpr (kByLookup) {
+            const Tag<T> d;
+            const Int ints;
+            static constexpr auto kFrom = constants<hn::TFromD<Int>, kMaxDense * N>(
+                [](std::size_t e) { return e / 3 * 4 + e % 3 - e / N * N; });
+            for (std::size_t o = 0; o < kMaxDense; ++o) {
+                const auto from = hn::LoadU(ints, kFrom.data() + o * N);
+                const auto most = hn::Set(ints, static_cast<hn::TFromD<Int>>(N - 1));
+                next_[o] = hn::RebindMask(d, hn::Gt(from, most));
+                from_[o] = hn::And(from, most);
+            }
+        }
+    }
+    /// \param to  3 V N / 4 elements, and a few more
+    template <int V>
+    HWY_INLINE void store(const Vec<T> (&v)[V], T* to) const {
+        const Tag<T> d;
+        if constexpr (kByLookup) {
+            unrolled<(3 * V + 3) / 4>([&](auto o) OSDX_INLINE {
+                const auto from = hn::IndicesFromVec(d, from_[o]);
+                Vec<T> all = hn::TableLookupLanes(v[o], from);
+                if constexpr (o + 1 < V)
+                    all = hn::IfThenElse(next_[o], hn::TableLookupLanes(v[o + 1], from),
+                                         all);
+                hn::Store(all, d, to + o * N);
+            });
+        } else {
+            // The next vector overwrites it.
+            unrolled<V>([&](auto k) OSDX_INLINE {
+                hn::StoreU(v[k], d, to + 3 * (k * N / 4) + k * N % 4);
+            });
+        }
+    }
+
+private:
+    hn::Vec<Int> from_[kMaxDense];
+    hn::Mask<Tag<T>> next_[kMaxDense];
+};
+
+/// V vectors along i, of R rows of control points.
+template <int V, int R, bool kLast, class T>
+HWY_INLINE void sum_rows(const PointSource<T>& source, const Closer<T>& closer,
+                         const Index* indices, const T* HWY_RESTRICT w, std::size_t size,
+                         T* HWY_RESTRICT sums) {
+    const Tag<T> d;
+    constexpr std::size_t N = kLanes<T>;
+    Vec<T> sum[R][V];
+    const auto all = [&](auto&& f) OSDX_INLINE {
+        unrolled<R>([&](auto r) OSDX_INLINE {
+            unrolled<V>([&](auto v) OSDX_INLINE { f(r, v); });
+        });
+    };
+    const std::ptrdiff_t along_row = source.along_row;
+    const auto point = [&](auto r, auto v) OSDX_INLINE {
+        return spread<kLast>(source, indices[r * along_row], v);
+    };
+    all([&](auto r, auto v)
+            OSDX_INLINE { sum[r][v] = hn::Mul(hn::Load(d, w + v * N), point(r, v)); });
+    for (int k = 1; k < source.n; ++k) {
+        w += size;
+        indices += source.along_k;
+        all([&](auto r, auto v) OSDX_INLINE {
+            sum[r][v] = hn::MulAdd(hn::Load(d, w + v * N), point(r, v), sum[r][v]);
+        });
+    }
+    const Closer<T> local = closer;  // stays in registers
+    unrolled<R>([&](auto r)
+                    OSDX_INLINE { local.store(sum[r], sums + r * kSumStride<T>); });
+}
+
+/// All rows of control points.
+template <int V, class T>
+HWY_NOINLINE void sum_all_rows(const PointSource<T>& source, const Closer<T>& closer,
+                               const Index* indices, const T* w, std::size_t size,
+                               T* sums) {
+    constexpr int R = kMaxRows;
+    static_assert(kHighDegree + 1 >= (R - 1) * (R - 2));  // so that R and R - 1 will do
+    const int n = source.n, blocks = (n + R - 1) / R, n_smaller = R * blocks - n;
+    for (int b = 0; b < blocks; ++b) {
+        const int rows = b < n_smaller ? R - 1 : R;
+        if (rows == R)
+            sum_rows<V, R, false>(source, closer, indices, w, size, sums);
+        else
+            sum_rows<V, R - 1, false>(source, closer, indices, w, size, sums);
+        indices += rows * source.along_row;
+        sums += rows * kSumStride<T>;
+    }
+}
+
+/// If one of the points may be the last of all.
+template <int V, class T>
+HWY_NOINLINE void sum_last_rows(const PointSource<T>& source, const Closer<T>& closer,
+                                const Index* indices, const T* w, std::size_t size,
+                                T* sums) {
+    for (int row = 0; row < source.n; ++row)
+        sum_rows<V, 1, true>(source, closer, indices + row * source.along_row, w, size,
+                             sums + row * kSumStride<T>);
+}
+
+/// Whether x is among n numbers, at least as many as a vector has.
+HWY_INLINE bool contains(const Index* list, std::size_t n, Index x) {
+    const hn::ScalableTag<Index> d;
+    const std::size_t N = hn::Lanes(d);
+    const auto all = hn::Set(d, x);
+    auto found = hn::Zero(d);
+    for (std::size_t i = 0; i < n; i += N) {
+        const auto some = hn::LoadU(d, list + std::min(i, n - N));
+        found = hn::Or(found, hn::VecFromMask(d, hn::Eq(some, all)));
+    }
+    return !hn::AllFalse(d, hn::Ne(found, hn::Zero(d)));
+}
+
+/// Where the lanes of the vectors of a row go, by derivative along i.
+template <class T>
+using HighLanes = SomeLanes<T>[kMaxDense][3];
+
+/// Some vectors of the stream that ProductVector is one of.
+template <int kOrder, class T>
+struct HighVectors {
+    // By the derivative along j: those that have something of it, which come first.
+    int n[kOrder + 1];
+    HighLanes<T> lanes;
+    std::ptrdiff_t offset[kOrder + 1];  // of the first lane of all from the first element
+
+    HWY_INLINE HighVectors(std::size_t first, std::size_t length) {
+        constexpr std::size_t N = kLanes<T>;
+        for (std::size_t q = 0; q <= kOrder; ++q) {
+            for (std::size_t v = 0; v < kMaxDense; ++v) {
+                const std::size_t begin = first + v * N, end = begin + N,
+                                  lo = std::clamp(q * length, begin, end),
+                                  hi = std::clamp((q + 1) * length, begin, end);
+                lanes[v][q] = SomeLanes<T>(lo - begin, hi - lo);
+            }
+            offset[q] = std::ptrdiff_t(first) - std::ptrdiff_t(q * length);
+            const std::size_t end = std::max(first, (kOrder + 1 - q) * length);
+            n[q] = std::min(kMaxDense, static_cast<int>((end - first + N - 1) / N));
+        }
+    }
+};
+
+/// Along j: R rows of samples, of which each vector is sent to P places.
+template <int V, int R, int P, class T>
+HWY_INLINE void sum_columns(const T* HWY_RESTRICT w, int n, const T* HWY_RESTRICT sums,
+                            const HighLanes<T>& lanes, T* const* to,
+                            const std::ptrdiff_t* stride) {
+    const Tag<T> d;
+    constexpr std::size_t N = kLanes<T>;
+    Vec<T> sum[R][V];
+    const auto all = [&](auto&& f) OSDX_INLINE {
+        unrolled<R>([&](auto r) OSDX_INLINE {
+            unrolled<V>([&](auto v) OSDX_INLINE { f(r, v); });
+        });
+    };
+    all([&](auto r, auto v) OSDX_INLINE {
+        sum[r][v] = hn::Mul(hn::Set(d, w[r * n]), hn::Load(d, sums + v * N));
+    });
+    for (int k = 1; k < n; ++k) {
+        ++w;
+        sums += kSumStride<T>;
+        all([&](auto r, auto v) OSDX_INLINE {
+            sum[r][v] =
+                hn::MulAdd(hn::Set(d, w[r * n]), hn::Load(d, sums + v * N), sum[r][v]);
+        });
+    }
+    unrolled<P>([&](auto q) OSDX_INLINE {
+        T* const first = to[q];
+        const std::ptrdiff_t row = stride[q];
+        unrolled<V>([&](auto v) OSDX_INLINE {
+            const SomeLanes<T> some = lanes[v][q];
+            if (some.none())
+                return;
+            unrolled<R>([&](auto r) OSDX_INLINE {
+                some.store(sum[r][v], first + r * row + v * N);
+            });
+        });
+    });
+}
+
+/// All rows of samples.
+template <int V, int P, class T>
+HWY_NOINLINE void sum_all_columns(const T* w, int n, int ny, const T* sums,
+                                  const HighLanes<T>& lanes, T** to,
+                                  const std::ptrdiff_t* stride) {
+    const auto some = [&](auto r) OSDX_INLINE {
+        sum_columns<V, r, P>(w, n, sums, lanes, to, stride);
+        w += r * n;
+        for (int q = 0; q < P; ++q)
+            to[q] += r * stride[q];
+        ny -= r;
+    };
+    while (ny >= kMaxRows)
+        some(std::integral_constant<int, kMaxRows>());
+    if (kMaxRows > 2 && ny >= 2)
+        some(std::integral_constant<int, 2>());
+    while (ny > 0)
+        some(std::integral_constant<int, 1>());
+}
+
+/// All rows of samples of y-th derivatives along j, and after them those of higher ones.
+/// \param to  the first sample of the patch, by derivative
+template <int kOrder, int y, class T>
+HWY_INLINE void high_columns(const Table<T>& table, const T* w, const T* sums,
+                             const HighVectors<kOrder, T>& vectors,
+                             const Target<T>& target, Index sample) {
+    constexpr int P = kOrder + 1 - y;
+    const int n = table.product_degree + 1;
+    T* row[P];
+    std::ptrdiff_t stride[P];
+    for (int q = 0; q < P; ++q) {
+        const int r = (q + y) * (q + y + 1) / 2 + y;
+        stride[q] = target.row_stride[r];
+        row[q] = target.data[r] + sample * target.sample_stride[r] + vectors.offset[q];
+    }
+    switch (vectors.n[y]) {
+        case 0:
+            return;
+        case 1:
+            sum_all_columns<1, P>(w, n, table.ny, sums, vectors.lanes, row, stride);
+            break;
+        case 2:
+            sum_all_columns<2, P>(w, n, table.ny, sums, vectors.lanes, row, stride);
+            break;
+        default:
+            sum_all_columns<3, P>(w, n, table.ny, sums, vectors.lanes, row, stride);
+    }
+    if constexpr (y < kOrder)
+        high_columns<kOrder, y + 1>(table, w + std::ptrdiff_t(table.ny) * n, sums,
+                                    vectors, target, sample);
+}
+
+/// V vectors along i, from the `first` on, of all patches.
+template <int V, int kOrder, class T>
+HWY_NOINLINE void high_group(const Table<T>& table, const Batch<T>& batch,
+                             const Target<T>& target, std::size_t first) {
+    constexpr std::size_t N = kLanes<T>;
+    const int n = table.product_degree + 1;
+    const PointSource<T> source{batch.points, batch.last_point, table.transposed ? 1 : n,
+                                table.transposed ? n : 1, n};
+    const auto last = static_cast<Index>((batch.last_point - batch.points) / 3);
+    const std::size_t size = table.padded_row(4);
+    const T* const w = table.weights + table.along_i(true) + first * N;
+    const HighVectors<kOrder, T> vectors(3 * first * N / 4, 3 * std::size_t(table.nx));
+    const Closer<T> closer;
+    HWY_ALIGN T sums[(kMaxDegree + 1) * kSumStride<T>];
+    if constexpr (N <= 4)
+        std::fill_n(sums, std::size(sums), T(0));  // some lanes are written by none
+    for (std::size_t b = 0; b < batch.n; ++b) {
+        const Index* const indices = batch.indices[b];
+        if (contains(indices, std::size_t(table.n_points), last))
+            sum_last_rows<V>(source, closer, indices, w, size, sums);
+        else
+            sum_all_rows<V>(source, closer, indices, w, size, sums);
+        high_columns<kOrder, 0>(table, table.weights + table.along_j(), sums, vectors,
+                                target, batch.first_samples[b]);
+    }
+}
+
+/// high_group() for any number of vectors up to V.
+template <int V, int kOrder, class T>
+HWY_INLINE void high_groups(std::size_t n_vectors, const Table<T>& table,
+                            const Batch<T>& batch, const Target<T>& target,
+                            std::size_t first) {
+    if constexpr (V > 1) {
+        if (n_vectors < V)
+            return high_groups<V - 1, kOrder>(n_vectors, table, batch, target, first);
+    }
+    high_group<V, kOrder>(table, batch, target, first);
+}
+
+template <int kOrder, class T>
+void high_product(const Table<T>& table, const Batch<T>& batch, const Target<T>& target) {
+    constexpr std::size_t N = kLanes<T>;
+    const std::size_t n = (4 * (kOrder + 1) * std::size_t(table.nx) + N - 1) / N;
+    for (std::size_t first = 0; first < n; first += kMaxSpread)
+        high_groups<kMaxSpread, kOrder>(n - first, table, batch, target, first);
 }
 
 template <bool kInterleaved, class T>
 void any_table(const Table<T>& table, const Batch<T>& batch, const Target<T>& target) {
     if (table.product_degree == 0)
         return full<kInterleaved>(table, batch, target);
-    // Degrees 2 to 7 of the layout that is common, 3 of others.
-    constexpr int kFirst = kInterleaved ? kMinDegree + 1 : 4,
-                  kLast = kInterleaved ? 8 : 4;
-    any_product<kFirst, kLast, kInterleaved>(table, batch, target);
+    if constexpr (kInterleaved) {
+        if (table.product_degree < kHighDegree)
+            return any_product<kMinDegree + 1, kHighDegree, true>(table, batch, target);
+        if (table.order == 0)
+            return high_product<0>(table, batch, target);
+        if (table.order == 1)
+            return high_product<1>(table, batch, target);
+        return high_product<2>(table, batch, target);
+    } else {
+        any_product<4, 4, false>(table, batch, target);
+    }
 }
 
 // --------------------------------------------------------------------------------- layouts

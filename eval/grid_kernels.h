@@ -24,14 +24,17 @@ constexpr std::size_t padded(std::size_t n) {
     return (n + kPanel<T> - 1) / kPanel<T> * kPanel<T>;
 }
 
+/// Products of this degree and higher ones are summed in a way of their own.
+inline constexpr int kHighDegree = 5;
+
 /// A rectangle of samples, and the weights of the control points at them.
 ///
-/// Full: derivative r of sample s = j nx + i stands in row r padded(n_samples) + s of a
-/// matrix with n_points columns. Its panels, kPanel rows each, follow one another, and within a
+/// Full: derivative r of sample s = j nx + i stands in row r derivative_rows() + s of a
+/// matrix with n_points columns; where samples are few, those of all derivatives are packed. Its panels, kPanel rows each, follow one another, and within a
 /// panel the columns.
 /// Product (regular patches): first the basis along i, column k of derivative q at i in row
 /// q nx + i of a matrix with degree + 1 columns, stored by columns, each padded(); then the same
-/// with each row three times over, for x, y, z by turns; then the basis along j, column k of
+/// with each row n_repeats() times over, for x, y, z, and nothing if there is a fourth; then the basis along j, column k of
 /// derivative q at j in (q ny + j) (degree + 1) + k.
 template <class T>
 struct Table {
@@ -46,12 +49,23 @@ struct Table {
     std::size_t n_samples() const noexcept { return std::size_t(nx) * ny; }
     int n_derivatives() const noexcept { return (order + 1) * (order + 2) / 2; }
 
+    // Of full matrices, which are padded to n_rows().
+    bool packed() const noexcept { return n_samples() < kPanel<T>; }
+    std::size_t derivative_rows() const noexcept {
+        return packed() ? n_samples() : padded<T>(n_samples());
+    }
+    std::size_t n_rows() const noexcept {
+        return padded<T>(n_derivatives() * derivative_rows());
+    }
+
+    int n_repeats() const noexcept { return product_degree < kHighDegree ? 3 : 4; }
+
     // Of products: where the parts of the weights start, and how many there are in all.
     std::size_t along_i(bool interleaved) const noexcept {
         return interleaved ? (product_degree + 1) * padded_row(1) : 0;
     }
     std::size_t along_j() const noexcept {
-        return (product_degree + 1) * (padded_row(1) + padded_row(3));
+        return (product_degree + 1) * (padded_row(1) + padded_row(n_repeats()));
     }
     std::size_t n_product_weights() const noexcept {
         return along_j() + padded<T>(std::size_t(order + 1) * ny * (product_degree + 1));

@@ -233,6 +233,8 @@ TYPED_TEST(GridEvaluatorOf, EveryInstructionSetEqualsSinglePoints) {
                 expect_mesh<TypeParam>({"pole(5)", pole(5, 3)}, {}, rate, order);
                 expect_mesh<TypeParam>({"prism(5)", prism(5)}, {.degree = 4}, rate,
                                        order);
+                expect_mesh<TypeParam>({"pole(3)", pole(3, 4)}, {.degree = 5 + rate % 3},
+                                       rate, order);
             }
         }
     });
@@ -292,9 +294,13 @@ Surface mixed_surface() {
 
 TYPED_TEST(GridEvaluatorOf, LayoutsAreEqualToTheBit) {
     using T = TypeParam;
-    for (const NamedMesh& m :
-         {NamedMesh{"pole(5)", pole(5, 3)}, {"prism(7)", prism(7)}}) {
-        const Surface s = surface_of(m.data);
+    // Low and high degrees, which are summed in ways of their own in the one layout.
+    const std::pair<NamedMesh, int> meshes[] = {{{"pole(5)", pole(5, 3)}, 3},
+                                                {{"prism(7)", prism(7)}, 3},
+                                                {{"pole(4)", pole(4, 5)}, 5},
+                                                {{"pole(3)", pole(3, 5)}, 6}};
+    for (const auto& [m, degree] : meshes) {
+        const Surface s = surface_of(m.data, {.degree = degree});
         const std::vector<Vec3<T>> points = points_of<T>(s);
         for (int order = 0; order <= 2; ++order) {
             for (const int rate : {1, 3, 4, 7, 8}) {
