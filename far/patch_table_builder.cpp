@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <fmt/format.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cassert>
@@ -34,8 +35,7 @@ public:
     PatchTableBuilder(Topology base, Features features, const PatchTableOptions& options)
         : options_(options),
           table_(begin_table(base, features, options.degree)),
-          refinement_(std::move(base), options.degree, std::move(features)),
-          plain_(is_plain()) {}
+          refinement_(std::move(base), options.degree, std::move(features)) {}
 
     Result<PatchTable> build() {
         begin_base_level();
@@ -68,7 +68,6 @@ private:
         PatchTable table;
         table.degree_ = degree;
         table.n_base_points_ = base.n_vertices();
-        table.nodes_ = detail::filled(base.n_halfedges(), kInvalidIndex);
         // Odd degrees: as they are in the refinement, from which they come in the end.
         if (degree % 2 == 0) {
             table.base_ = base;
@@ -94,9 +93,18 @@ private:
 
     void begin_base_level() {
         level_ = 0;
-        mesh_.emplace(refinement_.level(0), options_.degree, true);
+        tbb::parallel_invoke(
+            [&] { mesh_.emplace(refinement_.level(0), options_.degree, true); },
+            [&] { begin_cells(); });
+        wanted_.emplace_back();
+        first_patch_.push_back(0);
+    }
+
+    void begin_cells() {
         const Topology& t = topology();
         // Cells of the base level have no node of their own but one root per quarter.
+        const Index n_quarters = (odd() ? t : table_.base_).n_halfedges();
+        table_.nodes_ = detail::filled(n_quarters, kInvalidIndex);
         cells_.resize(odd() ? t.n_faces() : t.n_vertices());
         detail::for_each_index(cells_.size(), [&](Index cell) {
             bool open = odd() && has_surface(cell);
@@ -106,8 +114,6 @@ private:
             }
             cells_[cell] = open ? Cover::Open : Cover::Hole;
         });
-        wanted_.emplace_back();
-        first_patch_.push_back(0);
     }
 
     /// Open cells and what they need around them.
@@ -139,6 +145,8 @@ private:
 
     /// Open cells go to the next level.
     void refine() {
+        if (level_ == 0)
+            plain_ = is_plain();
         refinement_.add_level(faces_to_refine());
         const Topology& parent = refinement_.topology(level_);
         const RefinedLevel& child = refinement_.level(level_ + 1);
@@ -235,7 +243,7 @@ private:
     void lay_patches() {
         if (options_.family == PatchFamily::Gregory) {
             if (!options_.uniform || level_ >= options_.levels)
-                lay_regular_patches();
+                lay_regular_patches(mesh_->inner_cells());
             if (level_ >= options_.levels) {
                 const std::vector<bool> ready = faces_for_gregory();
                 lay(ready.size(), [&](PatchNets& nets, Index face) {
@@ -245,6 +253,13 @@ private:
             }
             return;
         }
+        Buffer<std::uint8_t> inner;
+        tbb::parallel_invoke([&] { lay_irregular_patches(); },
+                             [&] { inner = mesh_->inner_cells(); });
+        lay_regular_patches(inner);
+    }
+
+    void lay_irregular_patches() {
         const auto fans = mesh_->irregular_fans();
         lay(fans.size(),
             [&](PatchNets& nets, Index i) { nets.add_vertex_patch(fans[i]); });
@@ -252,7 +267,6 @@ private:
             lay(topology().n_faces(),
                 [&](PatchNets& nets, Index face) { nets.add_face_patch(face); });
         }
-        lay_regular_patches();
     }
 
     /// Makes patches on all threads, then adds those that fit one after the other.
@@ -274,9 +288,9 @@ private:
     }
 
     /// These cover a cell each, so that all of them fit.
-    void lay_regular_patches() {
+    /// \param inner  ControlMesh::inner_cells()
+    void lay_regular_patches(const Buffer<std::uint8_t>& inner) {
         const PatchLevel level = patch_level();
-        const Buffer<std::uint8_t> inner = mesh_->inner_cells();
         constexpr std::size_t kSize = detail::kSmallChunk;
         const std::size_t n_cells = cells_.size(),
                           n_chunks = detail::n_chunks(n_cells, kSize);
@@ -559,7 +573,7 @@ private:
     const PatchTableOptions& options_;
     PatchTable table_;
     Refinement refinement_;
-    bool plain_;
+    bool plain_ = false;  // is_plain(), as soon as something is refined
     std::map<PatchClass, Index> class_index_;
 
     int level_ = 0;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <atomic>
@@ -11,6 +12,7 @@
 #include <compare>
 #include <cstdint>
 #include <numeric>
+#include <optional>
 #include <ranges>
 #include <span>
 #include <utility>
@@ -149,6 +151,30 @@ private:
     std::vector<Index> slots_;
 };
 
+/// Edges are numbered by the lower of their halfedges.
+void number_edges(Topology& t) {
+    t.edge.resize(t.n_halfedges());
+    const auto is_first = [&](std::size_t h) { return h < t.twin[h]; };
+    detail::for_each_numbered(
+        t.n_halfedges(), detail::kChunk,
+        [&](std::size_t begin, std::size_t end) {
+            std::size_t n = 0;
+            for (std::size_t h = begin; h < end; ++h)
+                n += is_first(h);
+            return n;
+        },
+        [&](std::size_t n) { t.n_edges = static_cast<Index>(n); },
+        [&](std::size_t next, std::size_t begin, std::size_t end) {
+            for (std::size_t h = begin; h < end; ++h) {
+                if (!is_first(h))
+                    continue;
+                t.edge[h] = static_cast<Index>(next++);
+                if (t.twin[h] != kInvalidIndex)
+                    t.edge[t.twin[h]] = t.edge[h];
+            }
+        });
+}
+
 /// Copies the faces and finds the twins of their halfedges.
 ///
 /// Faces next to each other in the mesh are mostly next to each other in the file, so that each
@@ -179,10 +205,16 @@ public:
 
     /// An edge has at most two faces, which run along it in opposite directions; the faces at a
     /// vertex are one fan.
+    /// Edges are numbered by the lower of their halfedges.
     /// \pre copy_faces() was ok
     Status link() {
-        if (pair_chunks() && pair_rest() && link_vertices())
-            return ok();
+        if (pair_chunks() && pair_rest()) {
+            bool sound;
+            tbb::parallel_invoke([&] { sound = link_vertices(); },
+                                 [&] { number_edges(t_); });
+            if (sound)
+                return ok();
+        }
         const Status edges = check_edges();
         return edges ? check_vertices() : edges;
     }
@@ -487,30 +519,6 @@ private:
     Buffer<std::uint8_t> on_seam_;  // by vertex: whether it has such an edge
 };
 
-/// Edges are numbered by the lower of their halfedges.
-void number_edges(Topology& t) {
-    t.edge.resize(t.n_halfedges());
-    const auto is_first = [&](std::size_t h) { return h < t.twin[h]; };
-    detail::for_each_numbered(
-        t.n_halfedges(), detail::kChunk,
-        [&](std::size_t begin, std::size_t end) {
-            std::size_t n = 0;
-            for (std::size_t h = begin; h < end; ++h)
-                n += is_first(h);
-            return n;
-        },
-        [&](std::size_t n) { t.n_edges = static_cast<Index>(n); },
-        [&](std::size_t next, std::size_t begin, std::size_t end) {
-            for (std::size_t h = begin; h < end; ++h) {
-                if (!is_first(h))
-                    continue;
-                t.edge[h] = static_cast<Index>(next++);
-                if (t.twin[h] != kInvalidIndex)
-                    t.edge[t.twin[h]] = t.edge[h];
-            }
-        });
-}
-
 }  // namespace
 
 Status check_uvs(const MeshData& mesh) {
@@ -552,17 +560,19 @@ Status check_uvs(const MeshData& mesh) {
 Result<Topology> build_topology(const MeshData& data) {
     if (const Status s = check_sizes(data); !s)
         return s.error();
-    if (const Status s = check_positions(data); !s)
-        return s.error();
     Topology t;
     Linker linker(data, t);
-    if (const Status s = linker.copy_faces(); !s)
-        return s.error();
+    std::optional<Status> positions, faces;
+    tbb::parallel_invoke([&] { faces = linker.copy_faces(); },
+                         [&] { positions = check_positions(data); });
+    for (const auto* s : {&positions, &faces}) {
+        if (!**s)
+            return (*s)->error();
+    }
     if (const Status s = check_uvs(data); !s)
         return s.error();
     if (const Status s = linker.link(); !s)
         return s.error();
-    number_edges(t);
     return t;
 }
 

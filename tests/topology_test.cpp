@@ -380,7 +380,7 @@ void expect_equal(const Topology& a, const Topology& b) {
     EXPECT_EQ(a.vertex, b.vertex);
     EXPECT_EQ(a.twin, b.twin);
     EXPECT_EQ(a.edge, b.edge);
-    EXPECT_EQ(a.face, b.face);
+    EXPECT_EQ(a.faces, b.faces);
     EXPECT_EQ(a.n_edges, b.n_edges);
     EXPECT_EQ(a.n_vertices(), b.n_vertices());
 }
