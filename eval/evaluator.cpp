@@ -191,29 +191,21 @@ void Evaluator::evaluate_many(std::span<const Vec3<T>> points,
     const PatchRef patch = table_->patch(where[0].patch);
     const PatchBasis& basis = bases_[patch.patch_class];
     constexpr std::size_t kMost = detail::kLanes, kFewest = kMost / 2;
-    if (!basis.has_many() || where.size() < kFewest) {
-        for (std::size_t i = 0; i < where.size(); ++i)
-            out[i] = evaluate<T, Order>(points, where[i], chart);
-        return;
-    }
     double net[3 * detail::kMostManyPoints];
     double* next = net;
-    for (const Index i : patch.points) {
-        const Vec3<double> p(points[i]);
+    const bool has_many = basis.has_many() && where.size() >= kFewest;
+    for (std::size_t i = 0; has_many && i < patch.points.size(); ++i) {
+        const Vec3<double> p(points[patch.points[i]]);
         next = std::copy_n(&p.x, 3, next);
     }
     for (std::size_t first = 0; first < where.size(); first += kMost) {
         const std::size_t n = std::min(kMost, where.size() - first);
+        const bool many = has_many && n >= kFewest;
         detail::PointPlaces at{};
-        std::array<bool, kMost> is_one{};
-        for (std::size_t i = 0; i < n; ++i) {
+        detail::PointJets jets;
+        for (std::size_t i = 0; many && i < n; ++i) {
             const PatchPoint& p = where[first + i];
             assert(p.patch == where[0].patch);
-            is_one[i] = n < kFewest || !basis.is_of_many({0, p.a, p.b});
-            if (is_one[i]) {
-                out[first + i] = evaluate<T, Order>(points, p, chart);
-                continue;
-            }
             const detail::ChartTurn turn = turn_of(p, chart);
             at.sector[i] = static_cast<int>(p.sector);
             at.a[i] = p.a;
@@ -221,13 +213,14 @@ void Evaluator::evaluate_many(std::span<const Vec3<T>> points,
             at.cos[i] = turn.cos;
             at.sin[i] = turn.sin;
         }
-        if (n < kFewest)
-            break;
-        detail::PointJets jets;
-        basis.sum_many({net, next}, at, chart, Order, jets);
+        if (many)
+            basis.sum_many({net, next}, at, chart, Order, jets);
         for (std::size_t i = 0; i < n; ++i) {
-            if (is_one[i])
+            const PatchPoint& p = where[first + i];
+            if (!many || !basis.is_of_many({0, p.a, p.b})) {
+                out[first + i] = evaluate<T, Order>(points, p, chart);
                 continue;
+            }
             fill<Order>(out[first + i], [&](int r) {
                 const auto& v = jets.value[r];
                 return Vec3<T>(Vec3<double>(v[0][i], v[1][i], v[2][i]));

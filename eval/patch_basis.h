@@ -110,9 +110,9 @@ public:
     bool is_of_many(const DomainPoint& p) const noexcept {
         return taylor_ || 2 - p.a - p.b >= kCorner;
     }
-    /// The same as sum() at such places, of three channels.
+    /// The same as sum() at such places, of three channels; elsewhere there may be anything.
     /// \param net  x, y, z of the control points
-    /// \pre has_many(); is_of_many() of all places
+    /// \pre has_many()
     void sum_many(std::span<const double> net, const detail::PointPlaces& at, Chart chart,
                   int order, detail::PointJets& out) const noexcept;
 
