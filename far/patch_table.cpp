@@ -25,12 +25,6 @@ int descend(Vec2<double>& p, Vec2<double>& towards) noexcept {
 
 }  // namespace
 
-PatchRef PatchTable::patch(Index i) const noexcept {
-    const Record& r = patches_[i];
-    const auto n = static_cast<std::size_t>(classes_[r.patch_class()].n_points());
-    return {r.patch_class(), r.level(), std::span(points_).subspan(r.first_point, n)};
-}
-
 detail::PatchLeaf PatchTable::leaf(Index node) const noexcept {
     if (!(node & kSquareBit))
         return leaves_[node & ~kLeafBit];

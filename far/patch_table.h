@@ -92,7 +92,14 @@ public:
         return features_.hole.empty() || !features_.hole[face];
     }
     std::span<const PatchClass> classes() const noexcept { return classes_; }
-    PatchRef patch(Index i) const noexcept;
+    PatchRef patch(Index i) const noexcept {
+        // Control points follow one another in the order of the patches.
+        const Record& r = patches_[i];
+        const std::size_t end =
+            i + 1 < n_patches() ? patches_[i + 1].first_point : points_.size();
+        return {r.patch_class(), r.level(),
+                {points_.data() + r.first_point, points_.data() + end}};
+    }
     const PatchClass& class_of(Index patch) const noexcept {
         return classes_[patches_[patch].patch_class()];
     }
