@@ -30,12 +30,12 @@ inline constexpr int kHighDegree = 5;
 /// A rectangle of samples, and the weights of the control points at them.
 ///
 /// Full: derivative r of sample s = j nx + i stands in row r derivative_rows() + s of a
-/// matrix with n_points columns; where samples are few, those of all derivatives are packed. Its panels, kPanel rows each, follow one another, and within a
-/// panel the columns.
+/// matrix with n_points columns; where samples are few, those of all derivatives are packed.
+/// Its panels, kPanel rows each, follow one another, and within a panel the columns.
 /// Product (regular patches): first the basis along i, column k of derivative q at i in row
 /// q nx + i of a matrix with degree + 1 columns, stored by columns, each padded(); then the same
-/// with each row n_repeats() times over, for x, y, z, and nothing if there is a fourth; then the basis along j, column k of
-/// derivative q at j in (q ny + j) (degree + 1) + k.
+/// with each row n_repeats() times over, for x, y, z, and for nothing if there is a fourth; then
+/// the basis along j, column k of derivative q at j in (q ny + j) (degree + 1) + k.
 template <class T>
 struct Table {
     const T* weights;  ///< aligned to kPanelBytes

@@ -13,7 +13,6 @@
 #include <cstdint>
 #include <numeric>
 #include <optional>
-#include <ranges>
 #include <span>
 #include <utility>
 #include <vector>
@@ -287,16 +286,17 @@ private:
         return !bad;
     }
 
+    /// \param at  at(i): one of n halfedges
     /// \return whether all of them are sound
-    template <class Halfedges>
-    bool add_all(EdgeTable& table, const Halfedges& halfedges) {
+    template <class At>
+    bool add_all(EdgeTable& table, std::size_t n, At&& at) {
         bool all = true;
         if (t_.quads_only) {
-            for (const Index h : halfedges)
-                all &= table.add<true>(h, t_);
+            for (std::size_t i = 0; i < n; ++i)
+                all &= table.add<true>(at(i), t_);
         } else {
-            for (const Index h : halfedges)
-                all &= table.add<false>(h, t_);
+            for (std::size_t i = 0; i < n; ++i)
+                all &= table.add<false>(at(i), t_);
         }
         return all;
     }
@@ -312,7 +312,10 @@ private:
                 const Index first = t_.face_offsets[begin], last = t_.face_offsets[end];
                 EdgeTable& table = tables.local();
                 table.reset(last - first);
-                if (!add_all(table, std::views::iota(first, last)))
+                const auto halfedge = [&](std::size_t i) {
+                    return first + static_cast<Index>(i);
+                };
+                if (!add_all(table, last - first, halfedge))
                     sound.store(false, std::memory_order_relaxed);
                 std::vector<Index>& rest = rests[chunk];
                 rest.resize(last - first);
@@ -381,8 +384,8 @@ private:
                 const std::size_t begin = block > 0 ? ends[block - 1] : 0;
                 EdgeTable table;
                 table.reset(ends[block] - begin);
-                if (!add_all(table,
-                             std::span(sorted).subspan(begin, ends[block] - begin)))
+                const auto halfedge = [&](std::size_t i) { return sorted[begin + i]; };
+                if (!add_all(table, ends[block] - begin, halfedge))
                     sound.store(false, std::memory_order_relaxed);
             });
         return sound;
