@@ -1102,12 +1102,25 @@ HWY_EXPORT(evaluate_double);
 HWY_EXPORT(stream_float);
 HWY_EXPORT(stream_double);
 
+namespace {
+
+/// Until a target is chosen, Highway's functions look for one with every call.
+void choose_target() noexcept {
+    hwy::ChosenTarget& chosen = hwy::GetChosenTarget();
+    if (!chosen.IsInitialized())
+        chosen.Update(hwy::SupportedTargets());
+}
+
+}  // namespace
+
 template <>
 Kernel<float> kernel() noexcept {
+    choose_target();
     return HWY_DYNAMIC_DISPATCH(evaluate_float);
 }
 template <>
 Kernel<double> kernel() noexcept {
+    choose_target();
     return HWY_DYNAMIC_DISPATCH(evaluate_double);
 }
 

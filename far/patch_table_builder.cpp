@@ -246,32 +246,31 @@ private:
                 lay_regular_patches(mesh_->inner_cells());
             if (level_ >= options_.levels) {
                 const std::vector<bool> ready = faces_for_gregory();
-                lay(ready.size(), [&](PatchNets& nets, Index face) {
+                add_patches(make_patches(ready.size(), [&](PatchNets& nets, Index face) {
                     if (ready[face])
                         nets.add_gregory_patch(face);
-                });
+                }));
             }
             return;
         }
+        const auto fans = mesh_->irregular_fans();
+        const auto vertex_patches = make_patches(
+            fans.size(),
+            [&](PatchNets& nets, Index i) { nets.add_vertex_patch(fans[i]); });
         Buffer<std::uint8_t> inner;
-        tbb::parallel_invoke([&] { lay_irregular_patches(); },
+        tbb::parallel_invoke([&] { add_patches(vertex_patches); },
                              [&] { inner = mesh_->inner_cells(); });
+        if (mesh_->has_irregular_faces()) {
+            add_patches(make_patches(
+                topology().n_faces(),
+                [&](PatchNets& nets, Index face) { nets.add_face_patch(face); }));
+        }
         lay_regular_patches(inner);
     }
 
-    void lay_irregular_patches() {
-        const auto fans = mesh_->irregular_fans();
-        lay(fans.size(),
-            [&](PatchNets& nets, Index i) { nets.add_vertex_patch(fans[i]); });
-        if (mesh_->has_irregular_faces()) {
-            lay(topology().n_faces(),
-                [&](PatchNets& nets, Index face) { nets.add_face_patch(face); });
-        }
-    }
-
-    /// Makes patches on all threads, then adds those that fit one after the other.
+    /// On all threads.
     template <class Make>
-    void lay(std::size_t n, Make&& make) {
+    std::vector<PatchBatch> make_patches(std::size_t n, Make&& make) const {
         constexpr std::size_t kSize = 16;
         std::vector<PatchBatch> batches(detail::n_chunks(n, kSize));
         const PatchLevel level = patch_level();
@@ -281,7 +280,12 @@ private:
                 for (std::size_t i = begin; i < end; ++i)
                     make(nets, static_cast<Index>(i));
             });
-        for (PatchBatch& batch : batches) {
+        return batches;
+    }
+
+    /// Those that fit, one after the other.
+    void add_patches(const std::vector<PatchBatch>& batches) {
+        for (const PatchBatch& batch : batches) {
             for (std::size_t i = 0; i < batch.patches.size(); ++i)
                 add_patch(batch, i);
         }

@@ -305,27 +305,30 @@ private:
         const std::size_t n_chunks = detail::n_chunks(t_.n_faces(), chunk_);
         std::vector<std::vector<Index>> rests(n_chunks);
         std::atomic<bool> sound = true;
-        tbb::enumerable_thread_specific<EdgeTable> tables;
+        struct Scratch {
+            EdgeTable table;
+            std::vector<Index> rest;
+        };
+        tbb::enumerable_thread_specific<Scratch> scratch;
         detail::for_each_chunk(
             t_.n_faces(), chunk_,
             [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                 const Index first = t_.face_offsets[begin], last = t_.face_offsets[end];
-                EdgeTable& table = tables.local();
+                auto& [table, rest] = scratch.local();
                 table.reset(last - first);
+                rest.resize(last - first);
                 const auto halfedge = [&](std::size_t i) {
                     return first + static_cast<Index>(i);
                 };
                 if (!add_all(table, last - first, halfedge))
                     sound.store(false, std::memory_order_relaxed);
-                std::vector<Index>& rest = rests[chunk];
-                rest.resize(last - first);
                 Index n = 0;
                 for (Index h = first; h < last; ++h) {
                     rest[n] = h;
                     n += t_.is_border(h);
                 }
-                rest.resize(n);
-                for (const Index h : rest) {
+                rests[chunk].assign(rest.begin(), rest.begin() + n);
+                for (const Index h : rests[chunk]) {
                     detail::set_flag(on_seam_[t_.vertex[h]]);
                     detail::set_flag(on_seam_[t_.to_vertex(h)]);
                 }
