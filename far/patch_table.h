@@ -97,7 +97,8 @@ public:
         const Record& r = patches_[i];
         const std::size_t end =
             i + 1 < n_patches() ? patches_[i + 1].first_point : points_.size();
-        return {r.patch_class(), r.level(),
+        return {r.patch_class(),
+                r.level(),
                 {points_.data() + r.first_point, points_.data() + end}};
     }
     const PatchClass& class_of(Index patch) const noexcept {
