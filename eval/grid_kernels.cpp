@@ -12,14 +12,6 @@
 
 #include "eval/targets.h"
 
-// Of lambdas that are no functions of their own.
-#undef OSDX_INLINE
-#if defined(_MSC_VER)
-#define OSDX_INLINE
-#else
-#define OSDX_INLINE __attribute__((always_inline))
-#endif
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "eval/grid_kernels.cpp"
 #include <hwy/cache_control.h>
@@ -47,6 +39,12 @@ HWY_INLINE void unrolled(F&& f) {
         unrolled<n - 1>(f);
         f(std::integral_constant<int, n - 1>());
     }
+}
+/// The same for pairs of constants.
+template <int n, int m, class F>
+HWY_INLINE void unrolled_pairs(F&& f) {
+    unrolled<n>([&](auto i)
+                    OSDX_LAMBDA { unrolled<m>([&](auto j) OSDX_LAMBDA { f(i, j); }); });
 }
 
 /// What one vector of results of a full table keeps in registers: the sums of three
@@ -99,29 +97,25 @@ HWY_NOINLINE void full_group(const Table<T>& table, const T* HWY_RESTRICT points
     const T* HWY_RESTRICT w =
         table.weights + first / kPanel<T> * panel + first % kPanel<T>;
     Vec<T> x[P][G], y[P][G], z[P][G];
-    const auto all = [&](auto&& f) OSDX_INLINE {
-        unrolled<P>([&](auto p) OSDX_INLINE {
-            unrolled<G>([&](auto g) OSDX_INLINE { f(p, g); });
-        });
-    };
-    all([&](auto p, auto g) OSDX_INLINE { x[p][g] = y[p][g] = z[p][g] = hn::Zero(d); });
+    unrolled_pairs<P, G>([&](auto p, auto g)
+                             OSDX_LAMBDA { x[p][g] = y[p][g] = z[p][g] = hn::Zero(d); });
     for (std::size_t k = 0; k < n; ++k, w += kPanel<T>) {
         Vec<T> weights[G];
-        unrolled<G>([&](auto g) OSDX_INLINE {
+        unrolled<G>([&](auto g) OSDX_LAMBDA {
             weights[g] = hn::Load(d, w + g / kPerPanel * panel + g % kPerPanel * N);
         });
-        unrolled<P>([&](auto p) OSDX_INLINE {
+        unrolled<P>([&](auto p) OSDX_LAMBDA {
             const T* at = points + 3 * std::size_t(indices[p][k]);
             const Vec<T> px = hn::Set(d, at[0]), py = hn::Set(d, at[1]),
                          pz = hn::Set(d, at[2]);
-            unrolled<G>([&](auto g) OSDX_INLINE {
+            unrolled<G>([&](auto g) OSDX_LAMBDA {
                 x[p][g] = hn::MulAdd(weights[g], px, x[p][g]);
                 y[p][g] = hn::MulAdd(weights[g], py, y[p][g]);
                 z[p][g] = hn::MulAdd(weights[g], pz, z[p][g]);
             });
         });
     }
-    all([&](auto p, auto g) OSDX_INLINE {
+    unrolled_pairs<P, G>([&](auto p, auto g) OSDX_LAMBDA {
         T* const to = sums + (p * G + g) * 3 * N;
         hn::Store(x[p][g], d, to);
         hn::Store(y[p][g], d, to + N);
@@ -747,7 +741,7 @@ public:
     HWY_INLINE void store(const Vec<T> (&v)[V], T* to) const {
         const Tag<T> d;
         if constexpr (kByLookup) {
-            unrolled<(3 * V + 3) / 4>([&](auto o) OSDX_INLINE {
+            unrolled<(3 * V + 3) / 4>([&](auto o) OSDX_LAMBDA {
                 const auto from = hn::IndicesFromVec(d, from_[o]);
                 Vec<T> all = hn::TableLookupLanes(v[o], from);
                 if constexpr (o + 1 < V)
@@ -757,7 +751,7 @@ public:
             });
         } else {
             // The next vector overwrites it.
-            unrolled<V>([&](auto k) OSDX_INLINE {
+            unrolled<V>([&](auto k) OSDX_LAMBDA {
                 hn::StoreU(v[k], d, to + 3 * (k * N / 4) + k * N % 4);
             });
         }
@@ -776,27 +770,23 @@ HWY_INLINE void sum_rows(const PointSource<T>& source, const Closer<T>& closer,
     const Tag<T> d;
     constexpr std::size_t N = kLanes<T>;
     Vec<T> sum[R][V];
-    const auto all = [&](auto&& f) OSDX_INLINE {
-        unrolled<R>([&](auto r) OSDX_INLINE {
-            unrolled<V>([&](auto v) OSDX_INLINE { f(r, v); });
-        });
-    };
     const std::ptrdiff_t along_row = source.along_row;
-    const auto point = [&](auto r, auto v) OSDX_INLINE {
+    const auto point = [&](auto r, auto v) OSDX_LAMBDA {
         return spread<kLast>(source, indices[r * along_row], v);
     };
-    all([&](auto r, auto v)
-            OSDX_INLINE { sum[r][v] = hn::Mul(hn::Load(d, w + v * N), point(r, v)); });
+    unrolled_pairs<R, V>([&](auto r, auto v) OSDX_LAMBDA {
+        sum[r][v] = hn::Mul(hn::Load(d, w + v * N), point(r, v));
+    });
     for (int k = 1; k < source.n; ++k) {
         w += size;
         indices += source.along_k;
-        all([&](auto r, auto v) OSDX_INLINE {
+        unrolled_pairs<R, V>([&](auto r, auto v) OSDX_LAMBDA {
             sum[r][v] = hn::MulAdd(hn::Load(d, w + v * N), point(r, v), sum[r][v]);
         });
     }
     const Closer<T> local = closer;  // stays in registers
     unrolled<R>([&](auto r)
-                    OSDX_INLINE { local.store(sum[r], sums + r * kSumStride<T>); });
+                    OSDX_LAMBDA { local.store(sum[r], sums + r * kSumStride<T>); });
 }
 
 /// All rows of control points.
@@ -877,30 +867,25 @@ HWY_INLINE void sum_columns(const T* HWY_RESTRICT w, int n, const T* HWY_RESTRIC
     const Tag<T> d;
     constexpr std::size_t N = kLanes<T>;
     Vec<T> sum[R][V];
-    const auto all = [&](auto&& f) OSDX_INLINE {
-        unrolled<R>([&](auto r) OSDX_INLINE {
-            unrolled<V>([&](auto v) OSDX_INLINE { f(r, v); });
-        });
-    };
-    all([&](auto r, auto v) OSDX_INLINE {
+    unrolled_pairs<R, V>([&](auto r, auto v) OSDX_LAMBDA {
         sum[r][v] = hn::Mul(hn::Set(d, w[r * n]), hn::Load(d, sums + v * N));
     });
     for (int k = 1; k < n; ++k) {
         ++w;
         sums += kSumStride<T>;
-        all([&](auto r, auto v) OSDX_INLINE {
+        unrolled_pairs<R, V>([&](auto r, auto v) OSDX_LAMBDA {
             sum[r][v] =
                 hn::MulAdd(hn::Set(d, w[r * n]), hn::Load(d, sums + v * N), sum[r][v]);
         });
     }
-    unrolled<P>([&](auto q) OSDX_INLINE {
+    unrolled<P>([&](auto q) OSDX_LAMBDA {
         T* const first = to[q];
         const std::ptrdiff_t row = stride[q];
-        unrolled<V>([&](auto v) OSDX_INLINE {
+        unrolled<V>([&](auto v) OSDX_LAMBDA {
             const SomeLanes<T> some = lanes[v][q];
             if (some.none())
                 return;
-            unrolled<R>([&](auto r) OSDX_INLINE {
+            unrolled<R>([&](auto r) OSDX_LAMBDA {
                 some.store(sum[r][v], first + r * row + v * N);
             });
         });
@@ -912,7 +897,7 @@ template <int V, int P, class T>
 HWY_NOINLINE void sum_all_columns(const T* w, int n, int ny, const T* sums,
                                   const HighLanes<T>& lanes, T** to,
                                   const std::ptrdiff_t* stride) {
-    const auto some = [&](auto r) OSDX_INLINE {
+    const auto some = [&](auto r) OSDX_LAMBDA {
         sum_columns<V, r, P>(w, n, sums, lanes, to, stride);
         w += r * n;
         for (int q = 0; q < P; ++q)

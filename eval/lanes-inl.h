@@ -17,10 +17,6 @@ HWY_BEFORE_NAMESPACE();
 namespace osdx::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Lambdas do not take the instruction set from their surroundings.
-#undef OSDX_LAMBDA
-#define OSDX_LAMBDA HWY_ATTR __attribute__((always_inline))
-
 // Registers go by value everywhere: what has an address costs compilers dear, those that
 // instrument every access above all.
 

@@ -27,7 +27,7 @@ ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
       midway_(!odd_ && !is_base),
       fans_(filled(level.topology.n_halfedges(), Fan::Inside)),
       settled_(filled(level.topology.n_vertices(), std::uint8_t(true))),
-      inner_(filled(level.topology.n_vertices(), std::uint8_t(true))) {
+      inner_(level.topology.n_vertices()) {
     const Topology& t = topology();
     const auto none = [](std::size_t n, auto&& is) {
         return first_index(n, is) == kInvalidIndex;
@@ -138,7 +138,7 @@ void ControlMesh::sort_fans(Index v, Fans& out) {
         t.for_each_outgoing(v, [&](Index h) { fans_[h] = Fan::Irregular; });
         inner_[v] = false;
         out.irregular.push_back({t.vertex_halfedge[v], n, PatchBorder::None, true});
-    } else if (!all_quads_ || !level_->known.empty() || midway_) {
+    } else {
         inner_[v] = is_inner(v);
     }
 }

@@ -67,7 +67,6 @@ struct PlainRow {
     Index vertices[kMost];
     double weights[kMost];
 
-    void clear() { n = 0; }
     void add(Index vertex, double weight) {
         vertices[n] = vertex;
         weights[n++] = weight;
@@ -153,7 +152,6 @@ public:
     bool plain_row(Index v, PlainRow& row) const {
         if (!mesh_.quads_only || is_sharp(v))
             return false;
-        row.clear();
         const Index first_edge = mesh_.n_vertices(),
                     first_face = first_edge + mesh_.n_edges;
         if (v >= first_face) {
