@@ -260,11 +260,7 @@ namespace {
 
 /// An interior vertex between two faces.
 bool is_fold(const Topology& t, Index v) {
-    const Index first = t.vertex_halfedge[v];
-    if (first == kInvalidIndex)
-        return false;
-    const Index second = t.ccw(first);
-    return second != kInvalidIndex && second != first && t.ccw(second) == first;
+    return t.valence(v) == 2 && !t.is_border(t.vertex_halfedge[v]);
 }
 
 /// Nothing sharp parts the faces around a vertex, and not all of them are holes.
@@ -291,8 +287,7 @@ Status check_refinement(const MeshData& data, const Topology& t, const Features&
     if (degree % 2 == 1)
         return ok();
     for (Index v = 0; v < t.n_vertices(); ++v) {
-        const Index h = t.vertex_halfedge[v];
-        if (h != kInvalidIndex && !t.is_border(h) && t.valence(v) == 2)
+        if (is_fold(t, v))
             return refuse_valence_two(data, v);
     }
     if (!f.smooth_triangles)

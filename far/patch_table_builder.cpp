@@ -341,6 +341,7 @@ private:
                         continue;
                     const std::span<Index> net(table_.points_.data() + point, n_points);
                     if (inner[cell]) {
+                        __builtin_prefetch(net.data() + 12 * n_points, 1);
                         mesh_->inner_net(level.regular_start(cell), net.data());
                     } else if (next_in_batch < batch.patches.size() &&
                                batch.covered[next_in_batch].cell == cell) {

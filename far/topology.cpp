@@ -40,6 +40,10 @@ Topology build_topology(const Mesh& mesh) {
     t.quads_only = has_only_quads(t);
     if (t.quads_only)
         t.faces = {};
+    Buffer<std::uint8_t> valences;
+    for (Index v = 0; v < t.n_vertices(); ++v)
+        valences.push_back(Topology::stored_valence(t.valence(v)));
+    t.valences = std::move(valences);
     return t;
 }
 
@@ -50,23 +54,24 @@ bool has_only_quads(const Topology& t) {
 }
 
 std::vector<Index> border_halfedges(const Topology& t) {
-    std::vector<Index> borders;
-    const auto count = [&](std::size_t begin, std::size_t end) {
-        return static_cast<std::size_t>(
-            std::count(t.twin.begin() + begin, t.twin.begin() + end, kInvalidIndex));
-    };
-    detail::for_each_numbered(
-        t.n_halfedges(), 4 * detail::kChunk, count,
-        [&](std::size_t n) { borders.resize(n); },
-        [&](std::size_t next, std::size_t begin, std::size_t end) {
-            std::size_t n = count(begin, end);
+    constexpr std::size_t kSize = 4 * detail::kChunk;
+    std::vector<std::vector<Index>> chunks(detail::n_chunks(t.n_halfedges(), kSize));
+    detail::for_each_chunk(
+        t.n_halfedges(), kSize,
+        [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+            // Mostly there are none, which is quickly seen.
+            auto n = std::count(t.twin.begin() + begin, t.twin.begin() + end,
+                                kInvalidIndex);
             for (std::size_t h = begin; n > 0; ++h) {
                 if (t.twin[h] != kInvalidIndex)
                     continue;
-                borders[next++] = static_cast<Index>(h);
+                chunks[chunk].push_back(static_cast<Index>(h));
                 --n;
             }
         });
+    std::vector<Index> borders;
+    for (const auto& chunk : chunks)
+        borders.insert(borders.end(), chunk.begin(), chunk.end());
     return borders;
 }
 
@@ -264,6 +269,7 @@ Flags grown(const Topology& t, Flags faces, int rings) {
 Topology cut(const Topology& t, const std::vector<bool>& edges,
              std::vector<Index>& vertices) {
     Topology c = t;
+    c.valences = {};
     vertices.resize(t.n_vertices());
     for (Index v = 0; v < t.n_vertices(); ++v)
         vertices[v] = v;
@@ -299,6 +305,7 @@ Topology cut(const Topology& t, const std::vector<bool>& edges,
 Topology with_border_strip(const Topology& t, const std::vector<Index>& borders,
                            const std::vector<bool>& corner) {
     Topology s = t;
+    s.valences = {};
     std::vector<Index> quad(t.n_halfedges(), kInvalidIndex);
     for (std::size_t i = 0; i < borders.size(); ++i)
         quad[borders[i]] = t.n_halfedges() + 4 * static_cast<Index>(i);

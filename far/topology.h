@@ -16,10 +16,10 @@ namespace osdx {
 ///
 /// A halfedge is a corner of a face with the edge that leaves it: the halfedges of face f
 /// are face_offsets[f] .. face_offsets[f + 1], counter-clockwise. Nothing lies outside of the
-/// border: an edge there has one halfedge. All functions are O(1) but valence().
+/// border: an edge there has one halfedge. All functions are O(1), valence() if it is known.
 ///
 /// Shapes: face_offsets n_faces + 1; vertex, twin, edge n_halfedges; faces n_halfedges or none;
-/// vertex_halfedge n_vertices.
+/// vertex_halfedge n_vertices; valences n_vertices or none.
 struct Topology {
     Buffer<Index> face_offsets{0};
     Buffer<Index> vertex;  ///< where the halfedge starts
@@ -28,6 +28,8 @@ struct Topology {
     Buffer<Index> faces;   ///< what face() is; empty if quads_only
     /// One that starts here, the border's at a border vertex; kInvalidIndex if unused.
     Buffer<Index> vertex_halfedge;
+    /// What valence() is, by stored_valence(); empty where nobody has counted.
+    Buffer<std::uint8_t> valences;
     Index n_edges = 0;
     /// All faces are quads: then halfedge h is corner h modulo 4 of face h / 4, and walks about
     /// vertices read `twin` alone, which is what large meshes wait for. May be false for quads.
@@ -91,10 +93,18 @@ struct Topology {
 
     /// The number of faces at v.
     Index valence(Index v) const noexcept {
+        if (!valences.empty() && valences[v] < kManyFaces)
+            return valences[v];
         Index n = 0;
         for_each_outgoing(v, [&](Index) { ++n; });
         return n;
     }
+    static constexpr std::uint8_t stored_valence(Index n_faces) noexcept {
+        return static_cast<std::uint8_t>(n_faces < kManyFaces ? n_faces : kManyFaces);
+    }
+
+private:
+    static constexpr Index kManyFaces = 255;
 };
 
 /// What Topology::quads_only may be.

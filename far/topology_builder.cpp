@@ -150,35 +150,12 @@ private:
     std::vector<Index> slots_;
 };
 
-/// Edges are numbered by the lower of their halfedges.
-void number_edges(Topology& t) {
-    t.edge.resize(t.n_halfedges());
-    const auto is_first = [&](std::size_t h) { return h < t.twin[h]; };
-    detail::for_each_numbered(
-        t.n_halfedges(), detail::kChunk,
-        [&](std::size_t begin, std::size_t end) {
-            std::size_t n = 0;
-            for (std::size_t h = begin; h < end; ++h)
-                n += is_first(h);
-            return n;
-        },
-        [&](std::size_t n) { t.n_edges = static_cast<Index>(n); },
-        [&](std::size_t next, std::size_t begin, std::size_t end) {
-            for (std::size_t h = begin; h < end; ++h) {
-                if (!is_first(h))
-                    continue;
-                t.edge[h] = static_cast<Index>(next++);
-                if (t.twin[h] != kInvalidIndex)
-                    t.edge[t.twin[h]] = t.edge[h];
-            }
-        });
-}
-
 /// Copies the faces and finds the twins of their halfedges.
 ///
 /// Faces next to each other in the mesh are mostly next to each other in the file, so that each
-/// chunk of them pairs its own halfedges first, without leaving the cache. What is left over, as
-/// a rule little, is sorted into blocks of vertices, and each block pairs its own.
+/// chunk of them pairs its own halfedges and links the vertices inside first, without leaving
+/// the cache. What is left over, as a rule little, is sorted into blocks of vertices, and each
+/// block pairs its own.
 ///
 /// Edges of more than two sides are not found where chunks see two of them each. But then a fan
 /// with faces of several chunks has the same edge twice, and such fans are looked at.
@@ -197,7 +174,7 @@ public:
         if (!t_.quads_only)
             t_.faces.resize(n_halfedges);
         t_.vertex_halfedge = detail::filled(data_.positions.size(), kInvalidIndex);
-        on_seam_ = detail::filled(data_.positions.size(), std::uint8_t(0));
+        t_.valences = detail::filled(data_.positions.size(), std::uint8_t(0));
         const Index bad = t_.quads_only ? copy<4>() : copy<0>();
         return bad == kInvalidIndex ? ok() : check_face(data_, bad, vertices(bad));
     }
@@ -210,7 +187,7 @@ public:
         if (pair_chunks() && pair_rest()) {
             bool sound;
             tbb::parallel_invoke([&] { sound = link_vertices(); },
-                                 [&] { number_edges(t_); });
+                                 [&] { number_edges(); });
             if (sound)
                 return ok();
         }
@@ -303,49 +280,61 @@ private:
 
     bool pair_chunks() {
         const std::size_t n_chunks = detail::n_chunks(t_.n_faces(), chunk_);
-        std::vector<std::vector<Index>> rests(n_chunks);
+        left_over_.resize(n_chunks);
         std::atomic<bool> sound = true;
         struct Scratch {
             EdgeTable table;
-            std::vector<Index> rest;
+            Buffer<Index> picked;
         };
         tbb::enumerable_thread_specific<Scratch> scratch;
         detail::for_each_chunk(
             t_.n_faces(), chunk_,
             [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                 const Index first = t_.face_offsets[begin], last = t_.face_offsets[end];
-                auto& [table, rest] = scratch.local();
+                auto& [table, picked] = scratch.local();
                 table.reset(last - first);
-                rest.resize(last - first);
+                picked.resize(last - first);
                 const auto halfedge = [&](std::size_t i) {
                     return first + static_cast<Index>(i);
                 };
-                if (!add_all(table, last - first, halfedge))
+                if (!add_all(table, last - first, halfedge)) {
                     sound.store(false, std::memory_order_relaxed);
-                Index n = 0;
-                for (Index h = first; h < last; ++h) {
-                    rest[n] = h;
-                    n += t_.is_border(h);
+                    return;
                 }
-                rests[chunk].assign(rest.begin(), rest.begin() + n);
-                for (const Index h : rests[chunk]) {
-                    detail::set_flag(on_seam_[t_.vertex[h]]);
-                    detail::set_flag(on_seam_[t_.to_vertex(h)]);
+                // Without branches, which processors could not foresee.
+                const auto pick = [&](auto&& is) {
+                    Index n = 0;
+                    for (Index h = first; h < last; ++h) {
+                        picked[n] = h;
+                        n += is(h);
+                    }
+                    return std::span<const Index>(picked.data(), n);
+                };
+                auto& [halfedges, vertices] = left_over_[chunk];
+                const auto unpaired = pick([&](Index h) { return t_.is_border(h); });
+                halfedges.assign(unpaired.begin(), unpaired.end());
+                std::size_t n_linked = 0;
+                for (const Index h : pick([&](Index h) { return names_vertex(h); })) {
+                    const Index n = link_closed_fan(h);
+                    n_linked += n;
+                    if (n == 0)
+                        vertices.push_back(t_.vertex[h]);
                 }
+                n_linked_.fetch_add(n_linked, std::memory_order_relaxed);
             });
         detail::for_each_numbered(
             n_chunks, 64,
             [&](std::size_t begin, std::size_t end) {
                 std::size_t n = 0;
                 for (std::size_t c = begin; c < end; ++c)
-                    n += rests[c].size();
+                    n += left_over_[c].halfedges.size();
                 return n;
             },
             [&](std::size_t n) { rest_.resize(n); },
             [&](std::size_t next, std::size_t begin, std::size_t end) {
                 for (std::size_t c = begin; c < end; ++c) {
-                    std::ranges::copy(rests[c], rest_.begin() + next);
-                    next += rests[c].size();
+                    std::ranges::copy(left_over_[c].halfedges, rest_.begin() + next);
+                    next += left_over_[c].halfedges.size();
                 }
             });
         return sound;
@@ -394,48 +383,87 @@ private:
         return sound;
     }
 
-    /// Names the lowest halfedge of each vertex, or the border's.
-    /// \return whether all others are in the same fan, and no edge is there twice
-    bool link_vertices() {
-        std::atomic<std::size_t> n_halfedges = 0;
-        std::atomic<bool> sound = true;
-        constexpr std::size_t kSize = detail::kSmallChunk;
-        const auto link = [&](std::size_t, std::size_t begin, std::size_t end) {
-            std::size_t n = 0;
-            Index seams[kSize], n_seams = 0;
-            for (auto v = static_cast<Index>(begin); v < end; ++v) {
-                n += link_vertex(v);
-                seams[n_seams] = v;
-                n_seams += on_seam_[v];
-            }
-            n_halfedges.fetch_add(n, std::memory_order_relaxed);
-            for (const Index v : std::span(seams, n_seams)) {
-                if (has_edge_twice(v))
-                    sound.store(false, std::memory_order_relaxed);
-            }
-        };
-        detail::for_each_chunk(t_.n_vertices(), kSize, link);
-        return sound && n_halfedges == t_.n_halfedges();
+    /// Edges are numbered by the lower of their halfedges.
+    void number_edges() {
+        t_.edge.resize(t_.n_halfedges());
+        const auto is_first = [&](Index h) { return h < t_.twin[h]; };
+        detail::for_each_numbered(
+            t_.n_faces(), chunk_,
+            [&](std::size_t begin, std::size_t end) {
+                // Of those that chunks have paired every other one.
+                const auto& rest = left_over_[begin / chunk_].halfedges;
+                const std::size_t n_paired = t_.face_offsets[end] -
+                                             t_.face_offsets[begin] - rest.size();
+                return n_paired / 2 + std::ranges::count_if(rest, is_first);
+            },
+            [&](std::size_t n) { t_.n_edges = static_cast<Index>(n); },
+            [&](std::size_t next, std::size_t begin, std::size_t end) {
+                for (Index h = t_.face_offsets[begin]; h < t_.face_offsets[end]; ++h) {
+                    if (!is_first(h))
+                        continue;
+                    t_.edge[h] = static_cast<Index>(next++);
+                    if (t_.twin[h] != kInvalidIndex)
+                        t_.edge[t_.twin[h]] = t_.edge[h];
+                }
+            });
     }
 
-    /// \return the number of halfedges in the fan
-    std::size_t link_vertex(Index v) {
-        const Index any = t_.vertex_halfedge[v];
-        if (any == kInvalidIndex)
-            return 0;
-        std::size_t n = 0;
-        Index first = any, h = any;
+    /// Whether it is the one that copy() left to its vertex.
+    bool names_vertex(Index h) {
+        // Other chunks may be at this vertex.
+        return std::atomic_ref(t_.vertex_halfedge[t_.vertex[h]])
+                   .load(std::memory_order_relaxed) == h;
+    }
+    void name_vertex(Index h, Index n_faces) {
+        const Index v = t_.vertex[h];
+        std::atomic_ref(t_.vertex_halfedge[v]).store(h, std::memory_order_relaxed);
+        t_.valences[v] = Topology::stored_valence(n_faces);
+    }
+
+    /// Gives a vertex the lowest halfedge of the fan that h is in, if that is closed.
+    /// \return the number of faces, or 0 if it is open
+    Index link_closed_fan(Index h) {
+        Index n = 0, lowest = h, at = h;
         do {
             ++n;
-            first = std::min(first, h);
-            h = t_.ccw(h);
-        } while (h != any && h != kInvalidIndex);
-        if (h == kInvalidIndex) {
-            for (first = any; !t_.is_border(first); ++n)
-                first = t_.next(t_.twin[first]);
-        }
-        t_.vertex_halfedge[v] = first;
+            lowest = std::min(lowest, at);
+            at = t_.ccw(at);
+            if (at == kInvalidIndex)
+                return 0;
+        } while (at != h);
+        name_vertex(lowest, n);
         return n;
+    }
+    /// Gives it the border's, if the fan is open.
+    Index link_open_fan(Index h) {
+        while (!t_.is_border(h))
+            h = t_.next(t_.twin[h]);
+        Index n = 0;
+        for (Index at = h; at != kInvalidIndex; at = t_.ccw(at))
+            ++n;
+        name_vertex(h, n);
+        return n;
+    }
+
+    /// Links the vertices that chunks could not.
+    /// \return whether all faces at a vertex are in the same fan, and no edge is there twice
+    bool link_vertices() {
+        std::atomic<bool> sound = true;
+        detail::for_each_chunk(
+            left_over_.size(), 1, [&](std::size_t chunk, std::size_t, std::size_t) {
+                std::size_t n_linked = 0;
+                bool twice = false;
+                for (const Index v : left_over_[chunk].vertices) {
+                    const Index h = t_.vertex_halfedge[v];
+                    const Index n = link_closed_fan(h);
+                    n_linked += n > 0 ? n : link_open_fan(h);
+                    twice |= has_edge_twice(v);
+                }
+                n_linked_.fetch_add(n_linked, std::memory_order_relaxed);
+                if (twice)
+                    sound.store(false, std::memory_order_relaxed);
+            });
+        return sound && n_linked_ == t_.n_halfedges();
     }
 
     /// Two edges with the same other end. Edges have no numbers yet.
@@ -520,9 +548,14 @@ private:
 
     const MeshData& data_;
     Topology& t_;
-    std::size_t chunk_;             // faces in it
-    Buffer<Index> rest_;            // halfedges that chunks could not pair
-    Buffer<std::uint8_t> on_seam_;  // by vertex: whether it has such an edge
+    std::size_t chunk_;  // faces in it
+    /// Of a chunk: the halfedges without a twin there, and the vertices whose fans have such.
+    struct LeftOver {
+        std::vector<Index> halfedges, vertices;
+    };
+    std::vector<LeftOver> left_over_;
+    Buffer<Index> rest_;                      // halfedges of all of them
+    std::atomic<std::size_t> n_linked_ = 0;  // halfedges in fans of vertices that are linked
 };
 
 }  // namespace
