@@ -58,7 +58,7 @@ ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
 std::vector<std::uint8_t> ControlMesh::special_vertices() const {
     const Topology& t = topology();
     const RefinedLevel& level = *level_;
-    std::vector<std::uint8_t> special;
+    std::vector<std::uint8_t> special = level.sharp;
     const auto mark = [&](std::uint8_t& vertex, std::uint8_t what) {
         std::atomic_ref(vertex).store(what, std::memory_order_relaxed);
     };
@@ -80,12 +80,7 @@ std::vector<std::uint8_t> ControlMesh::special_vertices() const {
     };
     if (!level.gap.empty())
         mark_edges([&](Index h) { return level.gap[t.edge[h]]; });
-    if (odd_) {
-        if (!level.features.edge_sharpness.empty())
-            mark_edges([&](Index h) { return level.features.edge(t.edge[h]) > 0; });
-        if (!level.features.vertex_sharpness.empty())
-            mark_vertices([&](Index v) { return level.features.vertex(v) > 0; });
-    } else {
+    if (!odd_) {
         if (has_cuts_)
             mark_edges([&](Index h) { return is_cut(h); });
         mark_vertices([&](Index v) {

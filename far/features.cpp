@@ -193,7 +193,10 @@ Result<Features> build_features(const MeshData& data, const Topology& topology,
 }
 
 Features with_border(const Topology& t, Features f) {
-    const std::vector<Index> borders = border_halfedges(t);
+    return with_border(t, std::move(f), border_halfedges(t));
+}
+
+Features with_border(const Topology& t, Features f, std::span<const Index> borders) {
     if (borders.empty())
         return f;
     f.edge_sharpness.resize(t.n_edges);

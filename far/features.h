@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "far/mesh_data.h"
@@ -76,6 +77,9 @@ Result<Features> build_features(const MeshData& data, const Topology& topology,
 /// The features of an open mesh with its border as what it is for the refinement: edges and
 /// corners that are infinitely sharp, and holes for BoundaryRule::None.
 Features with_border(const Topology& topology, Features features);
+/// \param borders  border_halfedges() of the topology
+Features with_border(const Topology& topology, Features features,
+                     std::span<const Index> borders);
 
 /// The tags from which build_features() makes these features again.
 std::vector<Tag> to_tags(const Topology& topology, const Features& features);

@@ -103,8 +103,15 @@ private:
     void begin_cells() {
         const Topology& t = topology();
         // Cells of the base level have no node of their own but one root per quarter.
-        const Index n_quarters = (odd() ? t : table_.base_).n_halfedges();
-        table_.nodes_ = detail::filled(n_quarters, kInvalidIndex);
+        const Topology& base = odd() ? t : table_.base_;
+        table_.nodes_.resize(base.n_halfedges());
+        if (!features().hole.empty()) {
+            for (Index f = 0; f < base.n_faces(); ++f) {
+                if (!has_surface(f))
+                    std::fill_n(table_.nodes_.begin() + base.face_offsets[f],
+                                base.face_size(f), kInvalidIndex);
+            }
+        }
         cells_.resize(odd() ? t.n_faces() : t.n_vertices());
         detail::for_each_index(cells_.size(), [&](Index cell) {
             bool open = odd() && has_surface(cell);
@@ -445,7 +452,6 @@ private:
         for (const CoveredCell& cover : batch.covered_by(i)) {
             if (cells_[cover.cell] == Cover::Hole || is_hole_quarter(cover.node))
                 continue;
-            assert(table_.nodes_[cover.node] == kInvalidIndex);
             if (c.is_square()) {
                 table_.nodes_[cover.node] =
                     square_node(patch, level_ == 0 ? cover.leaf.turns : 0);

@@ -142,6 +142,7 @@ std::shared_ptr<const detail::RefinedPart> part_of(const RefinedLevel& level,
         part.junctions.back().point = take_point(j.point);
     }
     select(level.features.vertex_sharpness, sub.vertices, part.features.vertex_sharpness);
+    select(level.sharp, sub.vertices, part.sharp);
     select(level.known, sub.vertices, part.known);
     select(level.point_kinds, sub.vertices, part.point_kinds);
     select(level.base_sharpness, sub.vertices, part.base_sharpness);
@@ -156,7 +157,10 @@ std::shared_ptr<const detail::RefinedPart> part_of(const RefinedLevel& level,
 Refinement::Refinement(Topology base, int degree, Features features)
     : degree_(degree), n_base_points_(base.n_vertices()) {
     assert(degree >= kMinDegree && degree <= kMaxDegree);
-    features = with_border(base, std::move(features));
+    const std::vector<Index> borders = border_halfedges(base);
+    const bool has_sharp =
+        !features.edge_sharpness.empty() || !features.vertex_sharpness.empty();
+    features = with_border(base, std::move(features), borders);
     if (degree % 2 == 0) {
         levels_.push_back(detail::even_base(std::move(base), features));
         return;
@@ -164,6 +168,13 @@ Refinement::Refinement(Topology base, int degree, Features features)
     RefinedLevel level;
     level.topology = std::move(base);
     level.features = std::move(features);
+    if (has_sharp || !borders.empty())
+        level.sharp.resize(level.topology.n_vertices(), has_sharp);
+    for (const Index h : borders)
+        level.sharp[level.topology.vertex[h]] = level.sharp[level.topology.to_vertex(h)] =
+            true;
+    if (has_sharp)
+        detail::keep_sharp(level);
     levels_.push_back(std::move(level));
 }
 

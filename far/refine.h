@@ -80,6 +80,8 @@ struct RefinedLevel {
     /// the face of that corner's vertex (at level 1) or face (later levels).
     std::vector<Index> corner_halfedges;
 
+    /// Odd degrees: vertices that are sharp or at the end of a sharp edge; empty: none.
+    Flags sharp;
     /// Edges that are borders only because the mesh was left out beyond; empty: none.
     Flags gap;
     /// Vertices whose points are known: those too close to a gap are not. Empty: all.

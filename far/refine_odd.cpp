@@ -97,26 +97,24 @@ struct PlainRow {
 /// as in Catmull-Clark: the same between quads, but not next to other faces.
 class OddSmoothing {
 public:
-    /// \param features, child  sharpness of the mesh before and after the step
-    OddSmoothing(const Topology& mesh, const Features& features, const Topology& quads,
-                 const Features& child)
-        : mesh_(mesh), features_(features), quads_(quads), child_(child) {
-        if (features.edge_sharpness.empty() && features.vertex_sharpness.empty())
+    /// From a level to the next one.
+    OddSmoothing(const RefinedLevel& from, const RefinedLevel& to)
+        : mesh_(from.topology),
+          features_(from.features),
+          quads_(to.topology),
+          child_(to.features) {
+        if (from.sharp.empty())
             return;
-        sharp_.resize(quads.n_vertices());
-        for_each_index(mesh.n_halfedges(), [&](Index h) {
-            const Index e = mesh.edge[h];
-            if (!(features.edge(e) > 0))
-                return;
-            for (const Index v :
-                 {mesh.vertex[h], mesh.to_vertex(h), mesh.n_vertices() + e})
-                set_flag(sharp_[v]);
-        });
-        for_each_index(features.vertex_sharpness.size(), [&](Index v) {
-            if (features.vertex(v) > 0)
-                sharp_[v] = true;
+        sharp_ = from.sharp;
+        sharp_.resize(quads_.n_vertices());
+        for_each_index(mesh_.n_halfedges(), [&](Index h) {
+            if (from.sharp[mesh_.vertex[h]] && features_.edge(mesh_.edge[h]) > 0)
+                set_flag(sharp_[mesh_.n_vertices() + mesh_.edge[h]]);
         });
     }
+
+    /// Vertices of the quads where something was sharp before the step; empty: none.
+    const Flags& sharp() const { return sharp_; }
 
     /// Calls add(vertex, weight) for the entries of a row, over the vertices of the quads.
     template <class Add>
@@ -290,7 +288,7 @@ private:
     const Features& features_;
     const Topology& quads_;
     const Features& child_;
-    Flags sharp_;  // by vertex of the quads; empty: none
+    Flags sharp_;
 };
 
 /// The rows of a level: linear subdivision with a first smoothing, and further smoothings.
@@ -302,7 +300,7 @@ public:
         : part_(std::move(part)),
           mesh_(&mesh.topology),
           quads_(&level.topology),
-          smoothing_(mesh.topology, mesh.features, level.topology, level.features),
+          smoothing_(mesh, level),
           known_(std::size_t(degree - 1) / 2) {
         const Flags beside_gap = vertices_beside_gaps(level);
         if (beside_gap.empty() && mesh.known.empty())
@@ -338,6 +336,7 @@ public:
         for_each_entry_after_split(row, [&](Index v, double w) { sums.add(v, w); });
         sums.take([&](Index v, double w) { table.add(point(v), w); });
     }
+    const OddSmoothing& smoothing() const { return smoothing_; }
     /// Of the points of the level; empty: all.
     const Flags& known() const { return known_.back(); }
 
@@ -396,8 +395,22 @@ void refine_odd(const RefinedLevel& parent, std::shared_ptr<const RefinedPart> p
         });
     }
     const auto rows = std::make_shared<OddRows>(refined, std::move(part), degree, level);
+    level.sharp = rows->smoothing().sharp();
+    keep_sharp(level);
     level.known = rows->known();
     level.rows = rows;
+}
+
+void keep_sharp(RefinedLevel& level) {
+    const Topology& t = level.topology;
+    const Features& f = level.features;
+    for_each_index(level.sharp.size(), [&](Index v) {
+        if (!level.sharp[v])
+            return;
+        bool any = f.vertex(v) > 0;
+        t.for_each_edge(v, [&](Index e, Index) { any |= f.edge(e) > 0; });
+        level.sharp[v] = any;
+    });
 }
 
 }  // namespace osdx::detail

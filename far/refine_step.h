@@ -48,6 +48,9 @@ void refine_even(const RefinedLevel& parent, std::shared_ptr<const RefinedPart> 
 /// \param features  with_border()
 RefinedLevel even_base(Topology base, const Features& features);
 
+/// Odd degrees: takes the flags `sharp` from vertices where nothing is.
+void keep_sharp(RefinedLevel& level);
+
 /// Odd degrees: what a vertex is to the creases through it.
 enum class VertexRule : std::uint8_t { Smooth, Crease, Corner };
 
