@@ -7,6 +7,7 @@
 #include <atomic>
 
 #include "far/parallel.h"
+#include "far/refine_step.h"
 
 namespace osdx::detail {
 
@@ -27,7 +28,8 @@ ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
       midway_(!odd_ && !is_base),
       fans_(filled(level.topology.n_halfedges(), Fan::Inside)),
       settled_(filled(level.topology.n_vertices(), std::uint8_t(true))),
-      inner_(level.topology.n_vertices()) {
+      incomplete_(incomplete_vertices()),
+      regular_(level.topology.n_vertices()) {
     const Topology& t = topology();
     const auto none = [](std::size_t n, auto&& is) {
         return first_index(n, is) == kInvalidIndex;
@@ -42,8 +44,9 @@ ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
     for_each_chunk(t.n_vertices(), kSmallChunk,
                    [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                        for (auto v = static_cast<Index>(begin); v < end; ++v) {
+                           regular_[v] = Regularity::None;
                            if (t.vertex_halfedge[v] == kInvalidIndex)
-                               settled_[v] = inner_[v] = false;
+                               settled_[v] = false;
                            else if (special.empty() || special[v] == kSmooth)
                                sort_fans(v, chunks[chunk]);
                            else
@@ -78,7 +81,8 @@ std::vector<std::uint8_t> ControlMesh::special_vertices() const {
                 special[v] = kSpecial;
         });
     };
-    if (!level.gap.empty())
+    // Odd degrees do not know the vertices at gaps.
+    if (!level.gap.empty() && !odd_)
         mark_edges([&](Index h) { return level.gap[t.edge[h]]; });
     if (!odd_) {
         if (has_cuts_)
@@ -131,10 +135,9 @@ void ControlMesh::sort_fans(Index v, Fans& out) {
     const int n = static_cast<int>(t.valence(v));
     if (n != 4) {
         t.for_each_outgoing(v, [&](Index h) { fans_[h] = Fan::Irregular; });
-        inner_[v] = false;
         out.irregular.push_back({t.vertex_halfedge[v], n, PatchBorder::None, true});
     } else {
-        inner_[v] = is_inner(v);
+        regular_[v] = is_inside(v) ? Regularity::Inside : Regularity::Beside;
     }
 }
 
@@ -142,7 +145,7 @@ void ControlMesh::sort_special_fans(Index v, std::uint8_t special, Fans& out) {
     const Topology& t = topology();
     // Of most of them one of these remains.
     t.for_each_outgoing(v, [&](Index h) { fans_[h] = Fan::Irregular; });
-    settled_[v] = inner_[v] = false;
+    settled_[v] = false;
     if (special == kUnknown)
         return;
     std::vector<Index>& ring = out.ring;
@@ -192,8 +195,9 @@ void ControlMesh::sort_special_fans(Index v, std::uint8_t special, Fans& out) {
             fan = Fan::Corner;
         for (std::size_t i = begin; i < end; ++i)
             fans_[ring[i]] = fan;
-        if (fan == Fan::Inside)
-            inner_[v] = is_inner(v);
+        if (fan != Fan::Irregular)
+            regular_[v] = fan == Fan::Inside && is_inside(v) ? Regularity::Inside
+                                                             : Regularity::Beside;
         if (fan == Fan::Irregular) {
             out.irregular.push_back(
                 {ring[begin], n,
@@ -205,42 +209,48 @@ void ControlMesh::sort_special_fans(Index v, std::uint8_t special, Fans& out) {
     }
 }
 
-/// The points around are control points: known, and not on a border that runs midway.
-bool ControlMesh::is_inner(Index v) const {
-    const Topology& t = topology();
-    bool inner = true;
-    if (!all_quads_)
-        t.for_each_outgoing(v, [&](Index h) { inner &= is_quad(t.face(h)); });
-    if (level_->known.empty() && !midway_)
-        return inner;
-    t.for_each_outgoing(v, [&](Index h) {
-        const Index f = t.face(h);
-        for (Index g = t.face_offsets[f]; g < t.face_offsets[f + 1]; ++g) {
-            inner &= level_->is_known(t.vertex[g]) &&
-                     (!midway_ || level_->point_kinds[t.vertex[g]] == PointKind::Inner);
-        }
+/// Control points are known, and not on a border that runs midway.
+Flags ControlMesh::incomplete_vertices() const {
+    if (!midway_)
+        return level_->known.empty() ? Flags()
+                                     : vertices_beside_unknown(topology(), level_->known);
+    Flags points(topology().n_vertices());
+    for_each_index(points.size(), [&](Index v) {
+        points[v] = level_->is_known(v) && level_->point_kinds[v] == PointKind::Inner;
     });
-    return inner;
+    return vertices_beside_unknown(topology(), points);
 }
 
-Buffer<std::uint8_t> ControlMesh::inner_cells() const {
+/// The points around are control points of whole quads.
+bool ControlMesh::is_inside(Index v) const {
+    bool inside = incomplete_.empty() || !incomplete_[v];
+    if (!all_quads_)
+        topology().for_each_outgoing(
+            v, [&](Index h) { inside &= is_quad(topology().face(h)); });
+    return inside;
+}
+
+Buffer<Regularity> ControlMesh::regular_cells() const {
     const Topology& t = topology();
-    Buffer<std::uint8_t> vertices = inner_, faces(t.n_faces());
+    Buffer<Regularity> vertices = regular_, faces(t.n_faces());
     // A ring less with each step.
     for (int i = 1; i <= degree_ / 2; ++i) {
         if (i == degree_ / 2 && !odd_)
             break;
         for_each_index(t.n_faces(), [&](Index f) {
-            std::uint8_t all = true;
+            Regularity lowest = Regularity::Inside;
             for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
-                all &= vertices[t.vertex[h]];
-            faces[f] = all;
+                lowest = std::min(lowest, vertices[t.vertex[h]]);
+            faces[f] = lowest;
         });
         if (i == degree_ / 2)
             break;
+        // Patches may end at those that are not inside: nothing passes them.
         for_each_index(t.n_vertices(), [&](Index v) {
-            if (vertices[v])
-                t.for_each_outgoing(v, [&](Index h) { vertices[v] &= faces[t.face(h)]; });
+            if (vertices[v] != Regularity::Inside)
+                return;
+            t.for_each_outgoing(
+                v, [&](Index h) { vertices[v] = std::min(vertices[v], faces[t.face(h)]); });
         });
     }
     return odd_ ? faces : vertices;

@@ -35,6 +35,13 @@ struct IrregularFan {
     bool exact;
 };
 
+/// Whether the control points of a regular patch are there; what is lower rules what is beside.
+enum class Regularity : std::uint8_t {
+    None,    ///< something irregular is too close
+    Beside,  ///< perhaps: a border or what is not known is near
+    Inside,  ///< all, without mirror images
+};
+
 /// Fans and borders of a level. Sharp edges are borders of both sides.
 class ControlMesh {
 public:
@@ -58,9 +65,8 @@ public:
     /// There are borders or sharp edges.
     bool has_cuts() const noexcept { return has_cuts_; }
 
-    /// By face (odd degrees) or vertex (even degrees): whether the points of its regular patch
-    /// are all there inside of the surface, without mirror images.
-    Buffer<std::uint8_t> inner_cells() const;
+    /// By face (odd degrees) or vertex (even degrees), of its patch.
+    Buffer<Regularity> regular_cells() const;
     /// The control points of such a patch, row by row.
     /// \param h  of the cell: where the frame starts, as for ControlGrid::walk_around()
     /// \pre out has room for (d + 1)^2 vertices
@@ -69,9 +75,10 @@ public:
 private:
     struct Fans;
     std::vector<std::uint8_t> special_vertices() const;
+    Flags incomplete_vertices() const;
     void sort_fans(Index vertex, Fans& out);
     void sort_special_fans(Index vertex, std::uint8_t special, Fans& out);
-    bool is_inner(Index vertex) const;
+    bool is_inside(Index vertex) const;
     template <bool kQuadsOnly>
     void inner_net_of(Index h, Index* out) const noexcept;
     void inner_net_of_cubic(Index h, Index* out) const noexcept;
@@ -82,7 +89,8 @@ private:
     bool has_cuts_, all_quads_;
     Buffer<Fan> fans_;  // per halfedge
     Buffer<std::uint8_t> settled_;
-    Buffer<std::uint8_t> inner_;  // four whole quads all around
+    Flags incomplete_;  // vertices of faces with vertices that are no control points; or empty
+    Buffer<Regularity> regular_;  // of the vertices for themselves
     std::vector<IrregularFan> irregular_;
 };
 

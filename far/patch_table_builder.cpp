@@ -26,6 +26,7 @@ using detail::Fan;
 using detail::PatchBatch;
 using detail::PatchLevel;
 using detail::PatchNets;
+using detail::Regularity;
 
 /// Walks the levels of refinement and lays patches on each: those that PatchNets makes, as far
 /// as they do not overlap. The nets are made on all threads, their numbers follow the order of
@@ -250,7 +251,7 @@ private:
     void lay_patches() {
         if (options_.family == PatchFamily::Gregory) {
             if (!options_.uniform || level_ >= options_.levels)
-                lay_regular_patches(mesh_->inner_cells());
+                lay_regular_patches(mesh_->regular_cells());
             if (level_ >= options_.levels) {
                 const std::vector<bool> ready = faces_for_gregory();
                 add_patches(make_patches(ready.size(), [&](PatchNets& nets, Index face) {
@@ -264,15 +265,15 @@ private:
         const auto vertex_patches = make_patches(
             fans.size(),
             [&](PatchNets& nets, Index i) { nets.add_vertex_patch(fans[i]); });
-        Buffer<std::uint8_t> inner;
+        Buffer<Regularity> regular;
         tbb::parallel_invoke([&] { add_patches(vertex_patches); },
-                             [&] { inner = mesh_->inner_cells(); });
+                             [&] { regular = mesh_->regular_cells(); });
         if (mesh_->has_irregular_faces()) {
             add_patches(make_patches(
                 topology().n_faces(),
                 [&](PatchNets& nets, Index face) { nets.add_face_patch(face); }));
         }
-        lay_regular_patches(inner);
+        lay_regular_patches(regular);
     }
 
     /// On all threads.
@@ -299,8 +300,8 @@ private:
     }
 
     /// These cover a cell each, so that all of them fit.
-    /// \param inner  ControlMesh::inner_cells()
-    void lay_regular_patches(const Buffer<std::uint8_t>& inner) {
+    /// \param regular  ControlMesh::regular_cells()
+    void lay_regular_patches(const Buffer<Regularity>& regular) {
         const PatchLevel level = patch_level();
         constexpr std::size_t kSize = detail::kSmallChunk;
         const std::size_t n_cells = cells_.size(),
@@ -314,8 +315,9 @@ private:
                 Index n = 0;
                 for (auto cell = static_cast<Index>(begin); cell < end; ++cell) {
                     if (cells_[cell] == Cover::Open)
-                        n += inner[cell] ||
-                             (mesh_->has_cuts() && nets.add_regular_patch(cell));
+                        n += regular[cell] == Regularity::Inside ||
+                             (regular[cell] == Regularity::Beside && mesh_->has_cuts() &&
+                              nets.add_regular_patch(cell));
                 }
                 first[chunk + 1] = n;
             });
@@ -347,7 +349,7 @@ private:
                     if (cells_[cell] != Cover::Open)
                         continue;
                     const std::span<Index> net(table_.points_.data() + point, n_points);
-                    if (inner[cell]) {
+                    if (regular[cell] == Regularity::Inside) {
                         __builtin_prefetch(net.data() + 12 * n_points, 1);
                         mesh_->inner_net(level.regular_start(cell), net.data());
                     } else if (next_in_batch < batch.patches.size() &&
@@ -468,12 +470,15 @@ private:
         }
         table_.patches_.push_back(record(class_index(c), table_.points_.size()));
         const std::size_t first_point = table_.points_.size();
-        for (const Index p : batch.points_of(i))
-            table_.points_.push_back(control_point(batch, p));
-        const auto net = std::span<const Index>(table_.points_).subspan(first_point);
-        want(net);
-        if (has_mirrored(net))
+        const auto points = batch.points_of(i);
+        table_.points_.insert(table_.points_.end(), points.begin(), points.end());
+        const auto net = std::span(table_.points_).subspan(first_point);
+        if (has_mirrored(net)) {
             mirrored_patches_.push_back(patch);
+            for (Index& p : net)
+                p = control_point(batch, p);
+        }
+        want(net);
     }
 
     PatchTable::Record record(Index patch_class, std::size_t first_point) const {
