@@ -332,6 +332,10 @@ bool PatchBasis::sum(const DomainPoint& p, Chart chart, int order, detail::Chart
         kernels.regular(*taylor_, d_, p.a, p.b, order, turn, what, out);
         return true;
     }
+    if (is_gregory_quad()) {
+        kernels.gregory(p.a, p.b, order, turn, what, out);
+        return true;
+    }
     if (!ring_ || !kernels.polygon || 2 - p.a - p.b < kCorner)
         return false;
     if (class_.border != PatchBorder::None)
@@ -362,7 +366,8 @@ template bool PatchBasis::sum<double>(const DomainPoint&, Chart, int, detail::Ch
 
 bool PatchBasis::has_many() const noexcept {
     const auto& kernels = std::get<detail::PointKernels<double>>(kernels_);
-    return taylor_ || (ring_ && ring_->is_ring() && class_.border == PatchBorder::None &&
+    return class_.is_square() ||
+           (ring_ && ring_->is_ring() && class_.border == PatchBorder::None &&
                        kernels.ring_points);
 }
 
@@ -372,6 +377,8 @@ void PatchBasis::sum_many(std::span<const double> net, const detail::PointPlaces
     const auto& kernels = std::get<detail::PointKernels<double>>(kernels_);
     if (taylor_)
         kernels.regular_points(*taylor_, d_, net.data(), at, order, out);
+    else if (is_gregory_quad())
+        kernels.gregory_points(net.data(), at, order, out);
     else
         kernels.ring_points(*ring_, class_.kind, net.data(), at, chart, order, out);
 }

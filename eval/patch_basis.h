@@ -108,7 +108,7 @@ public:
     /// Whether there is a kernel for some places at once: for the class, and for a place.
     bool has_many() const noexcept;
     bool is_of_many(const DomainPoint& p) const noexcept {
-        return taylor_ || 2 - p.a - p.b >= kCorner;
+        return class_.is_square() || 2 - p.a - p.b >= kCorner;
     }
     /// The same as sum() at such places, of three channels; elsewhere there may be anything.
     /// \param net  x, y, z of the control points
@@ -185,6 +185,7 @@ private:
                    std::span<double> out) const noexcept;
 
     int cyclic(int i) const noexcept { return polygon_.cyclic(i); }
+    bool is_gregory_quad() const noexcept { return gregory_ && class_.is_square(); }
 
     void build_tables();
     void build_net();

@@ -10,6 +10,7 @@
 #include <hwy/foreach_target.h>  // IWYU pragma: keep
 
 // After foreach_target.h.
+#include "eval/gregory_points-inl.h"
 #include "eval/lanes-inl.h"
 #include "eval/ribbon_points-inl.h"
 #include "eval/ribbon_weights-inl.h"
@@ -267,6 +268,93 @@ void regular_points_of_any(const TaylorRows& taylor, int degree, const double* n
     regular_points_of_order<0>(taylor, degree, net, at, order, out);
 }
 
+// ------------------------------------------------------------------ Gregory patches
+
+template <int kOrder, class T>
+void gregory(double a, double b, ChartTurn turn, const PointSum<T>& sum, PointJet& out) {
+    using J = LaneJet<Quad, kOrder>;
+    constexpr int kCorners = 4, kPoints = GregoryBasis::kPerCorner;
+    // A corner in each lane.
+    alignas(32) const double along[kCorners + 1] = {a, b, 1 - a, 1 - b, a};
+    const GregoryCorner<Quad, kOrder> corner(Quad::load(along), Quad::load(along + 1));
+    alignas(32) double weights[kPoints][J::kSize][kCorners];
+    for (int k = 0; k < kPoints; ++k) {
+        for (int r = 0; r < J::kSize; ++r)
+            corner.weights[k].c[r].store(weights[k][r]);
+    }
+    const PointReader<Quad, T> read(sum);
+    const Index* point = sum.points;
+    J sums[kCorners];
+    for (int i = 0; i < kCorners; ++i) {
+        sums[i] = J::zero();
+        for (int k = 0; k < kPoints; ++k) {
+            const Quad p = read(*point++);
+            for (int r = 0; r < J::kSize; ++r)
+                sums[i].c[r] = mul_add(Quad::of(weights[k][r][i]), p, sums[i].c[r]);
+        }
+    }
+    const double c = turn.cos, s = turn.sin;
+    put(mapped<Quad, kOrder>({c, s, -s, c, 0}, sum_of_corners<Quad, kOrder>(sums)), out);
+}
+
+template <class T>
+void gregory_of_order(double a, double b, int order, ChartTurn turn,
+                      const PointSum<T>& sum, PointJet& out) {
+    switch (order) {
+        case 0:
+            return gregory<0>(a, b, turn, sum, out);
+        case 1:
+            return gregory<1>(a, b, turn, sum, out);
+        default:
+            return gregory<2>(a, b, turn, sum, out);
+    }
+}
+
+/// At some places at once.
+template <int kOrder>
+void gregory_points(const double* net, const PointPlaces& at, PointJets& out) {
+    using J = LaneJet<P8, kOrder>;
+    constexpr int kCorners = 4, kPoints = GregoryBasis::kPerCorner;
+    const P8 a = P8::load(at.a), b = P8::load(at.b), one = P8::of(1);
+    const P8 along[kCorners + 1] = {a, b, one - a, one - b, a};
+    J sums[3][kCorners];
+    for (int i = 0; i < kCorners; ++i) {
+        const GregoryCorner<P8, kOrder> corner(along[i], along[i + 1]);
+        for (int c = 0; c < 3; ++c) {
+            sums[c][i] = J::zero();
+            for (int k = 0; k < kPoints; ++k) {
+                const P8 p = P8::of(net[3 * (i * kPoints + k) + c]);
+                for (int r = 0; r < J::kSize; ++r)
+                    sums[c][i].c[r] =
+                        mul_add(corner.weights[k].c[r], p, sums[c][i].c[r]);
+            }
+        }
+    }
+    const P8 cos = P8::load(at.cos), sin = P8::load(at.sin);
+    for (int c = 0; c < 3; ++c) {
+        J jet = sum_of_corners<P8, kOrder>(sums[c]);
+        if constexpr (kOrder > 1) {
+            jet.c[3] = jet.c[3] + jet.c[3];
+            jet.c[5] = jet.c[5] + jet.c[5];
+        }
+        jet = turned<kOrder>(cos, sin, jet);
+        for (int r = 0; r < jet.kSize; ++r)
+            jet.c[r].store(out.value[r][c]);
+    }
+}
+
+void gregory_points_of_order(const double* net, const PointPlaces& at, int order,
+                             PointJets& out) {
+    switch (order) {
+        case 0:
+            return gregory_points<0>(net, at, out);
+        case 1:
+            return gregory_points<1>(net, at, out);
+        default:
+            return gregory_points<2>(net, at, out);
+    }
+}
+
 // ------------------------------------------------------------------ patches of n sides
 
 /// Where ribbons fill a wide register a sum takes one, too, half of it in vain: while there are
@@ -464,6 +552,8 @@ template <class T>
 void set_kernels(detail::PointKernels<T>& kernels) {
     kernels.regular = &regular_of_any<T>;
     kernels.regular_points = &regular_points_of_any;
+    kernels.gregory = &gregory_of_order<T>;
+    kernels.gregory_points = &gregory_points_of_order;
     kernels.polygon = nullptr;
     kernels.ring_points = nullptr;
     if constexpr (kHasPolygons) {

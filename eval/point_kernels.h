@@ -64,6 +64,14 @@ struct PointKernels {
     void (*regular_points)(const TaylorRows& taylor, int degree, const double* net,
                            const PointPlaces& at, int order, PointJets& out);
 
+    /// Gregory patches of four sides, at (a, b) of [0,1]^2, which are the variables.
+    void (*gregory)(double a, double b, int order, ChartTurn turn, const PointSum<T>& sum,
+                    PointJet& out);
+    /// The same at some places at once, whose sectors are 0.
+    /// \param net  x, y, z of the control points
+    void (*gregory_points)(const double* net, const PointPlaces& at, int order,
+                           PointJets& out);
+
     /// EV and EF patches inside. The variables are those of RingTables. Null where the
     /// machine's registers are too narrow.
     void (*polygon)(const RingTables& tables, PatchKind kind, const DomainPoint& p,

@@ -176,6 +176,11 @@ TYPED_TEST(PointKernels, RegularPatchesEqualTheirWeights) {
     });
 }
 
+TYPED_TEST(PointKernels, GregoryQuadsEqualTheirWeights) {
+    for_each_target(
+        [] { EXPECT_GT(check_class<TypeParam>({PatchKind::Gregory, 3, 4}), 0); });
+}
+
 TYPED_TEST(PointKernels, PatchesOfNSidesEqualTheirWeights) {
     int n_checked = 0;
     for_each_target([&] {
@@ -229,11 +234,14 @@ void check_many(const PatchBasis& basis, const Net<double>& net) {
 
 TEST(PointKernelsOfMany, EqualTheirWeights) {
     for_each_target([] {
-        for (const PatchKind kind : {PatchKind::Regular, PatchKind::EV, PatchKind::EF}) {
+        for (const PatchKind kind : {PatchKind::Regular, PatchKind::EV, PatchKind::EF,
+                                     PatchKind::Gregory}) {
             for (const int n : {3, 4, 5, 6, 7, 8}) {
                 for (const int d : {2, 3, 4, 7, kMaxDegree}) {
                     const bool is_regular = kind == PatchKind::Regular;
                     if (is_regular ? n != 4 : d > 7 && n != 5)
+                        continue;
+                    if (kind == PatchKind::Gregory && d != 3)
                         continue;
                     const PatchBasis basis({kind, d, n});
                     if (!basis.has_many())
@@ -252,6 +260,7 @@ TEST(PointKernelsOfMany, EqualTheirWeights) {
 TEST(PointKernelsOfMany, TurnDerivativesOfEachPlace) {
     for_each_target([] {
         for (const PatchClass& c : {PatchClass{PatchKind::Regular, 3, 4},
+                                    {PatchKind::Gregory, 3, 4},
                                     {PatchKind::EV, 3, 5},
                                     {PatchKind::EF, 4, 6}}) {
             const PatchBasis basis(c);
@@ -321,6 +330,7 @@ TYPED_TEST(PointKernels, ConstantsAreReproduced) {
     using T = TypeParam;
     for_each_target([] {
         for (const PatchClass& c : {PatchClass{PatchKind::Regular, 3, 4},
+                                    {PatchKind::Gregory, 3, 4},
                                     {PatchKind::EV, 3, 5},
                                     {PatchKind::EF, 3, 6},
                                     {PatchKind::EV, 3, 11}}) {
