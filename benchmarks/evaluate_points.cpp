@@ -34,7 +34,7 @@ Way all_at_once(const SampleWay& way) {
     return into_buffer(way, kPlaces, 1);
 }
 
-void measure(Suite& suite, const char* stage, const BenchMesh& mesh,
+void measure(Suite& suite, const std::string& stage, const BenchMesh& mesh,
              const FloatSurface& surface, std::span<const Index> faces, std::size_t run,
              int isolation, double tolerance) {
     constexpr std::size_t kFewest = 32;
@@ -60,26 +60,35 @@ void measure(Suite& suite, const char* stage, const BenchMesh& mesh,
                   all_at_once(ours), ways);
 }
 
+/// One by one, and as many at a time as a pixel takes rays, or a small tile.
+void measure_both(Suite& suite, const std::string& kind, const BenchMesh& mesh,
+                  const FloatSurface& surface, std::span<const Index> faces,
+                  int isolation, double tolerance) {
+    measure(suite, "evaluate_point_" + kind, mesh, surface, faces, 1, isolation,
+            tolerance);
+    measure(suite, "evaluate_many_" + kind, mesh, surface, faces, 16, isolation,
+            tolerance);
+}
+
 }  // namespace
 
 void evaluate_points_stage(Suite& suite, std::span<const BenchMesh> meshes) {
     if (!suite.wants_any({"evaluate_point_regular", "evaluate_point_ev5",
-                          "evaluate_many_regular", "evaluate_many_ev5"}))
+                          "evaluate_point_gregory", "evaluate_many_regular",
+                          "evaluate_many_ev5", "evaluate_many_gregory"}))
         return;
-    constexpr std::size_t kRun = 16;  // as many as a pixel takes rays, or a small tile
     for (const BenchMesh& mesh : meshes) {
         if (mesh.n_faces() > kLargestForStencils)
             continue;
         const FloatSurface surface = make_surface(mesh, surface_options(3));
-        const std::vector<Index> regular = regular_faces(surface.surface);
-        measure(suite, "evaluate_point_regular", mesh, surface, regular, 1, kIsolation,
-                1e-5);
-        measure(suite, "evaluate_many_regular", mesh, surface, regular, kRun, kIsolation,
-                1e-5);
+        measure_both(suite, "regular", mesh, surface, regular_faces(surface.surface),
+                     kIsolation, 1e-5);
         // One Gregory patch over each face follows the limit in its own way.
-        const std::vector<Index> ev5 = ev_faces(surface.surface, 5);
-        measure(suite, "evaluate_point_ev5", mesh, surface, ev5, 1, 0, 0.03);
-        measure(suite, "evaluate_many_ev5", mesh, surface, ev5, kRun, 0, 0.03);
+        measure_both(suite, "ev5", mesh, surface, ev_faces(surface.surface, 5), 0, 0.03);
+        const FloatSurface gregory =
+            make_surface(mesh, surface_options(3, PatchFamily::Gregory));
+        measure_both(suite, "gregory", mesh, gregory, gregory_faces(gregory.surface), 0,
+                     0.03);
     }
 }
 

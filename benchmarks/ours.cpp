@@ -82,6 +82,14 @@ std::vector<Index> ev_faces(const Surface& surface, int valence) {
     });
 }
 
+std::vector<Index> gregory_faces(const Surface& surface) {
+    const PatchTable& table = surface.patches();
+    return faces_where(surface, [&](Index patch) {
+        const PatchClass& c = table.class_of(patch);
+        return c.kind == PatchKind::Gregory && c.n_sectors == 4;
+    });
+}
+
 Grid::Grid(const FloatSurface& surface)
     : surface_(&surface),
       evaluator_(measured(

@@ -37,6 +37,8 @@ std::vector<Index> regular_faces(const Surface& surface);
 
 /// Faces in patches around interior vertices of so many faces, wholly.
 std::vector<Index> ev_faces(const Surface& surface, int valence);
+/// Faces with a Gregory patch of four sides.
+std::vector<Index> gregory_faces(const Surface& surface);
 
 /// A grid that is evaluated at once, with position, du and dv.
 class Grid {
