@@ -538,6 +538,46 @@ TEST(PatchTable, ARegularMeshIsOnePatchPerFaceOrVertex) {
     }
 }
 
+// What is irregular beyond a crease is no neighbour, however close.
+TEST(PatchTable, BesideBordersAndCreasesPatchesStayRegular) {
+    constexpr Index kWidth = 6, kHeight = 5;
+    MeshData mesh = test::grid(2 * kWidth, kHeight);
+    const auto vertex = [](Index i, Index j) { return i * (kHeight + 1) + j; };
+    std::vector<Index> crease;
+    for (Index j = 0; j <= kHeight; ++j)
+        crease.push_back(vertex(kWidth, j));
+    test::add_crease(mesh, crease);
+    // Two triangles instead of a quad in the next column but one.
+    mesh.face_sizes.insert(mesh.face_sizes.end(), {3, 3});
+    const Index split = (kWidth + 1) * kHeight + 1, first = 4 * split;
+    const std::vector<Index> quad(mesh.face_vertices.begin() + first,
+                                  mesh.face_vertices.begin() + first + 4);
+    mesh.face_sizes.erase(mesh.face_sizes.begin() + split);
+    mesh.face_vertices.erase(mesh.face_vertices.begin() + first,
+                             mesh.face_vertices.begin() + first + 4);
+    mesh.face_vertices.insert(mesh.face_vertices.end(),
+                              {quad[0], quad[1], quad[2], quad[0], quad[2], quad[3]});
+    const Topology base = test::topology_of(mesh);
+    const Result<Features> features =
+        build_features(mesh, base, {.boundary = BoundaryRule::EdgeAndCorner});
+    ASSERT_TRUE(features);
+    for (int d = kMinDegree; d <= kMaxDegree; ++d) {
+        SCOPED_TRACE(d);
+        const auto table = build_patch_table(base, *features, {.degree = d});
+        ASSERT_TRUE(table);
+        for (Index f = 0; f < kWidth * kHeight; ++f) {
+            for (const double u : {0.1, 0.6}) {
+                for (const double v : {0.3, 0.8}) {
+                    const Index patch = table->locate(Address{f, u, v}).patch;
+                    ASSERT_EQ(table->class_of(patch).kind, PatchKind::Regular) << f;
+                    ASSERT_EQ(table->patch(patch).level, 0) << f;
+                }
+            }
+        }
+        EXPECT_GT(table->n_levels(), 1);
+    }
+}
+
 TEST(PatchTable, OfACube) {
     // Corners are 1 edge apart, then 2, 4; degree d needs d - 1. For even degrees they
     // become triangles with 1, 3 rows of quads between them; d - 1 are needed again.
