@@ -37,7 +37,7 @@ void turn_all(const detail::ChartTurn& turn,
     }
 }
 
-/// By the fast kernels, if there is one for the place: up to four channels.
+/// By the fast kernels, if there is one for the place: up to kSumChannels channels.
 template <class T>
 inline bool fast(const PatchBasis& basis, std::span<const Index> points,
                  std::span<const T> values, int n_channels, const PatchPoint& where,
@@ -92,7 +92,7 @@ template <int Order, class T>
 void channels(const PatchBasis& basis, std::span<const Index> points,
               std::span<const T> values, int n_channels, const PatchPoint& where,
               Chart chart, std::span<T> out) noexcept {
-    constexpr int kBlock = 4;
+    constexpr int kBlock = detail::kSumChannels;
     for (int first = 0; first < n_channels; first += kBlock) {
         const int n = std::min(kBlock, n_channels - first);
         detail::PointJet sums;

@@ -37,6 +37,31 @@ struct Pack<kN, true> {
     HWY_INLINE static Pack load(const float* from) {
         return {hn::PromoteTo(D(), hn::LoadU(hn::Rebind<float, D>(), from))};
     }
+    /// from[0] from[1] from[0] from[1] ..
+    HWY_INLINE static Pack load_pairs(const double* from) {
+        return {hn::LoadDup128(D(), from)};
+    }
+    /// a[0] b[0] a[1] b[1] .., of kN values each that can be read.
+    template <class T>
+    HWY_INLINE static Pack load_alternating(const T* a, const T* b) {
+#if HWY_TARGET <= HWY_AVX3
+        if constexpr (kN == 8 && sizeof(T) == 4) {
+            const hn::Rebind<T, D> d;
+            const auto order = _mm256_setr_epi32(0, 8, 1, 9, 2, 10, 3, 11);
+            return {hn::PromoteTo(
+                D(), hn::Vec<decltype(d)>{_mm256_permutex2var_ps(
+                         hn::LoadU(d, a).raw, order, hn::LoadU(d, b).raw)})};
+        } else if constexpr (kN == 8) {
+            const auto order = _mm512_setr_epi64(0, 8, 1, 9, 2, 10, 3, 11);
+            return {hn::Vec<D>{_mm512_permutex2var_pd(hn::LoadU(D(), a).raw, order,
+                                                      hn::LoadU(D(), b).raw)}};
+        }
+#endif
+        T both[kN];
+        for (int i = 0; i < kN; ++i)
+            both[i] = (i % 2 == 0 ? a : b)[i / 2];
+        return load(both);
+    }
     HWY_INLINE void store(double* to) const { hn::StoreU(v, D(), to); }
 
     friend HWY_INLINE Pack operator+(Pack a, Pack b) { return {hn::Add(a.v, b.v)}; }
@@ -89,26 +114,6 @@ struct Pack<kN, true> {
     }
     friend HWY_INLINE double sum_of_lanes(Pack a) {
         return hn::GetLane(hn::SumOfLanes(D(), a.v));
-    }
-    /// The sums of the lanes of a and of b.
-    friend HWY_INLINE void sum_lanes_of_two(Pack a, Pack b, double* sum) {
-        if constexpr (kN >= 4) {
-            // Pairs of lanes a b a b ... Not all targets have these functions.
-            const auto pairs =
-                Add(InterleaveLower(D(), a.v, b.v), InterleaveUpper(D(), a.v, b.v));
-            const hn::Half<D> half;
-            const auto halves = Add(LowerHalf(half, pairs), UpperHalf(half, pairs));
-            if constexpr (kN == 8) {
-                const hn::Half<hn::Half<D>> quarter;
-                StoreU(Add(LowerHalf(quarter, halves), UpperHalf(quarter, halves)),
-                       quarter, sum);
-            } else {
-                StoreU(halves, half, sum);
-            }
-        } else {
-            sum[0] = sum_of_lanes(a);
-            sum[1] = sum_of_lanes(b);
-        }
     }
     /// Lane i of the result is lane index[i].
     friend HWY_INLINE Pack permute(Pack a, const std::int64_t* index) {
@@ -170,9 +175,6 @@ struct Pack<kN, false> {
                 if_at_least(x.hi, least.hi, yes.hi, no.hi)};
     }
     friend HWY_INLINE double sum_of_lanes(Pack a) { return sum_of_lanes(a.lo + a.hi); }
-    friend HWY_INLINE void sum_lanes_of_two(Pack a, Pack b, double* sum) {
-        sum_lanes_of_two(a.lo + a.hi, b.lo + b.hi, sum);
-    }
     friend HWY_INLINE Pack permute(Pack a, const std::int64_t* index) {
         alignas(64) double from[kN], to[kN];
         a.store(from);
@@ -182,14 +184,22 @@ struct Pack<kN, false> {
     }
 };
 
+/// The lanes of `last` from `first` on, before them those of a.
 template <int kN>
-HWY_INLINE Pack<4> first_four(Pack<kN> a) {
-    if constexpr (kN == 4)
-        return a;
-    else if constexpr (Pack<kN>::kParts == 1)
-        return {LowerHalf(a.v)};
+HWY_INLINE Pack<kN> last_from(int first, Pack<kN> last, Pack<kN> a) {
+    if constexpr (Pack<kN>::kParts == 1)
+        return {hn::IfThenElse(hn::FirstN(typename Pack<kN>::D(), first), a.v, last.v)};
     else
-        return a.lo;
+        return {last_from(first, last.lo, a.lo),
+                last_from(first - kN / 2, last.hi, a.hi)};
+}
+
+/// a_0 + a_1, a_2 + a_3 .. of eight in one register.
+template <int kN>
+HWY_INLINE Pack<kN / 2> sums_of_pairs(Pack<kN> a) {
+    constexpr std::int64_t kEven[] = {0, 2, 4, 6, 0, 2, 4, 6};
+    // Not all targets have these functions.
+    return {LowerHalf(permute(a + Pack<kN>{Shuffle01(a.v)}, kEven).v)};
 }
 
 HWY_INLINE double mul_add(double a, double b, double c) {

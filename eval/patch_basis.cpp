@@ -216,7 +216,7 @@ template <int Order>
 void PatchBasis::border_sum(const DomainPoint& p, Chart chart, detail::ChartTurn turn,
                             std::span<const double> net,
                             detail::PointJet& out) const noexcept {
-    using Channels = std::array<J<Order>, 4>;
+    using Channels = std::array<J<Order>, detail::kSumChannels>;
     const detail::RingTables& ring = *ring_;
     // S without what is done at borders, at a place that moves by (x, y) of its sector.
     const auto surface = [&](const DomainPoint& q, J<Order> x, J<Order> y) {
@@ -227,7 +227,7 @@ void PatchBasis::border_sum(const DomainPoint& p, Chart chart, detail::ChartTurn
         x.c[0] = y.c[0] = 0;
         const J<Order> xx = 0.5 * (x * x), xy = x * y, yy = 0.5 * (y * y);
         Channels r;
-        for (int c = 0; c < 4; ++c) {
+        for (int c = 0; c < detail::kSumChannels; ++c) {
             r[c] = J<Order>(s.value[0][c]);
             if constexpr (Order > 0)
                 r[c] += s.value[1][c] * x + s.value[2][c] * y;
@@ -260,7 +260,7 @@ void PatchBasis::border_sum(const DomainPoint& p, Chart chart, detail::ChartTurn
         J<Order> b = one;
         for (int k = 0; k < n_; ++k)
             b = b * power<Order>(domain.distance(k) * inverse);
-        for (int c = 0; c < 4; ++c)
+        for (int c = 0; c < detail::kSumChannels; ++c)
             r[c] += (extra[c] - extra[4 + c]) * b;
     }
     const int n_axes = class_.border == PatchBorder::Pinned ? 2 : int(class_.is_open());
@@ -277,15 +277,15 @@ void PatchBasis::border_sum(const DomainPoint& p, Chart chart, detail::ChartTurn
                                     on_axis.h(cyclic(axis * class_.n_sectors + n_ / 2))),
             [&](int j, const J<Order>& w) {
                 const double* point = extra + 4 * (axis * columns_ + j);
-                for (int c = 0; c < 4; ++c)
+                for (int c = 0; c < detail::kSumChannels; ++c)
                     curve[c] += point[c] * w;
             });
-        for (int c = 0; c < 4; ++c)
+        for (int c = 0; c < detail::kSumChannels; ++c)
             r[c] += foot.weight * (curve[c] - s[c]);
     }
 
     const double u = turn.cos, v = turn.sin;
-    for (int c = 0; c < 4; ++c) {
+    for (int c = 0; c < detail::kSumChannels; ++c) {
         const auto& d = r[c].c;
         out.value[0][c] = d[0];
         if constexpr (Order > 0) {

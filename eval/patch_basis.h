@@ -97,7 +97,8 @@ public:
     SideParameters side_parameters(const DomainPoint& p) const;
 
     /// Derivatives up to an order of 0 to 2 of the sum of the control points' values times
-    /// their weights, by vectorised kernels: the same as by for_each_weight() up to rounding.
+    /// their weights, by vectorised kernels: the same as by for_each_weight() up to rounding. Of
+    /// kSumChannels channels.
     /// \return false where there is no such kernel
     ///
     /// \param turn  from (a, b), or (x, y), to the variables of the derivatives

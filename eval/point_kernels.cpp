@@ -45,13 +45,18 @@ public:
           stride_(sum.stride) {}
 
     HWY_INLINE V operator()(Index point) const {
+        T last[V::kLanes];
+        return V::load(at(point, last));
+    }
+
+    /// Where a point can be read: those at the end of all values are copied to `last`.
+    HWY_INLINE const T* at(Index point, T* last) const {
         const std::size_t at = std::size_t(point) * stride_;
         if (HWY_LIKELY(at < whole_end_))
-            return V::load(values_ + at);
-        T last[V::kLanes] = {};
-        for (std::size_t k = at; k < n_values_ && k < at + 4; ++k)
-            last[k - at] = values_[k];
-        return V::load(last);
+            return values_ + at;
+        for (std::size_t k = 0; k < V::kLanes; ++k)
+            last[k] = k < 4 && at + k < n_values_ ? values_[at + k] : T(0);
+        return last;
     }
 
 private:
@@ -92,7 +97,7 @@ HWY_INLINE void put(LaneJet<V, kOrder> jet, PointJet& out) {
         jet.c[5] = jet.c[5] + jet.c[5];
     }
     for (int r = 0; r < jet.kSize; ++r)
-        first_four(jet.c[r]).store(out.value[r]);
+        jet.c[r].store(out.value[r]);
 }
 
 // ------------------------------------------------------------------ regular patches
@@ -269,35 +274,77 @@ void regular_points_of_any(const TaylorRows& taylor, int degree, const double* n
 
 // ------------------------------------------------------------------ patches of n sides
 
-/// Where ribbons fill a wide register a sum takes one, too, half of it in vain: while there are
-/// wide ones on their way, narrow ones have but one port to go through.
-using Wide = Pack<P8::kParts == 1 ? kLanes : 4>;
+/// Control points in lanes x, y, z, 1, so that the sum of the weights is beside the sums of
+/// weights times points, and constants come out as such. Where ribbons fill a wide register two
+/// points go into one, x x y y z z 1 1, and one load puts the weights of two sectors to them.
+template <class T, int kPoints = P8::kParts == 1 ? 2 : 1>
+class PolygonPoints {
+public:
+    static constexpr int kAtOnce = kPoints;
+    using V = Pack<4 * kAtOnce>;
 
-/// The sums of weights times points, and of the weights alone, so that constants come out as
-/// such.
-template <int kOrder>
-struct PolygonSums {
-    LaneJet<Wide, kOrder> points;
-    LaneJet<double, kOrder> one;
+    HWY_INLINE explicit PolygonPoints(const PointSum<T>& sum) : read_(sum) {}
+
+    HWY_INLINE V operator()(Index a, [[maybe_unused]] Index b) const {
+        if constexpr (kAtOnce == 1) {
+            return last_from(3, V::of(1), read_(a));
+        } else {
+            T last_a[V::kLanes], last_b[V::kLanes];
+            return last_from(6, V::of(1),
+                             V::load_alternating(read_.at(a, last_a), read_.at(b, last_b)));
+        }
+    }
+    /// Zero in lanes of another point.
+    HWY_INLINE V operator()(Index a) const {
+        if constexpr (kAtOnce == 1) {
+            return (*this)(a, a);
+        } else {
+            constexpr T kZero[V::kLanes] = {};
+            constexpr double kOne[] = {0, 0, 0, 0, 0, 0, 1, 0};
+            T last[V::kLanes];
+            return last_from(6, V::load(kOne),
+                             V::load_alternating(read_.at(a, last), kZero));
+        }
+    }
+    /// The weights in lanes of one or two sectors.
+    HWY_INLINE static V weights(const double* w) {
+        if constexpr (kAtOnce == 1)
+            return V::of(*w);
+        else
+            return V::load_pairs(w);
+    }
+    template <int kOrder>
+    HWY_INLINE static LaneJet<Quad, kOrder> total(LaneJet<V, kOrder> sums) {
+        LaneJet<Quad, kOrder> r;
+        for (int k = 0; k < r.kSize; ++k) {
+            if constexpr (kAtOnce == 1)
+                r.c[k] = sums.c[k];
+            else
+                r.c[k] = sums_of_pairs(sums.c[k]);
+        }
+        return r;
+    }
+
+private:
+    PointReader<V, T> read_;
 };
 
-template <int kOrder, class T>
-HWY_INLINE LaneJet<Wide, kOrder> added(LaneJet<Wide, kOrder> to, const double* w, int k,
-                                       PointReader<Wide, T> read, Index point) {
-    const Wide p = read(point);
+template <class T, int kOrder, class V>
+HWY_INLINE LaneJet<V, kOrder> added(LaneJet<V, kOrder> to, const double* w, V point) {
     for (int r = 0; r < to.kSize; ++r)
-        to.c[r] = mul_add(Wide::of(w[(k * to.kSize + r) * kLanes]), p, to.c[r]);
+        to.c[r] = mul_add(PolygonPoints<T>::weights(w + r * kLanes), point, to.c[r]);
     return to;
 }
 
 /// Adds a block of weights times the points of the sectors start, start + 1, .. modulo n.
 /// \tparam kInner, kSpoke  points of each sector and spoke; or both are 0
-template <int kInner, int kSpoke, int kOrder, class T>
-HWY_INLINE PolygonSums<kOrder> with_block(PolygonSums<kOrder> sums, const RingTables& t,
-                                          bool is_ev, const Weights& weights,
-                                          const PointSum<T>& sum, int start) {
-    using Jet = LaneJet<Wide, kOrder>;
-    const PointReader<Wide, T> read(sum);
+template <int kInner, int kSpoke, int kOrder, class T, class V>
+HWY_INLINE LaneJet<V, kOrder> with_block(LaneJet<V, kOrder> sum, const RingTables& t,
+                                         bool is_ev, const Weights& weights,
+                                         const PointSum<T>& points, int start) {
+    using Jet = LaneJet<V, kOrder>;
+    using Points = PolygonPoints<T>;
+    const Points read(points);
     const int n = t.n, n_lanes = t.n_lanes(), d1 = t.degree - 1,
               n_spoke = kInner > 0 ? kSpoke
                         : is_ev    ? d1
@@ -305,55 +352,50 @@ HWY_INLINE PolygonSums<kOrder> with_block(PolygonSums<kOrder> sums, const RingTa
               n_inner = kInner > 0 ? kInner
                         : is_ev    ? d1 * d1
                                    : t.degree * t.degree;
-    const double* w = weights.values;
-    const Index *const spokes = sum.points + is_ev, *const sectors = spokes + n * n_spoke;
-    const Index *spoke = spokes + start * n_spoke, *inner = sectors + start * n_inner;
-    // Several sums, so that additions need not wait for each other.
-    Jet s0 = sums.points, s1 = Jet::zero(), s2 = s1, s3 = s1;
-    for (int m = 0, to_wrap = n - start; m < n_lanes; ++m, ++w) {
-        int k = 0;
-        for (; k + 4 <= n_inner; k += 4, inner += 4) {
-            s0 = added(s0, w, k, read, inner[0]);
-            s1 = added(s1, w, k + 1, read, inner[1]);
-            s2 = added(s2, w, k + 2, read, inner[2]);
-            s3 = added(s3, w, k + 3, read, inner[3]);
-        }
-        for (; k < n_inner; ++k)
-            s0 = added(s0, w, k, read, *inner++);
-        for (; k + 2 <= n_inner + n_spoke; k += 2, spoke += 2) {
-            s0 = added(s0, w, k, read, spoke[0]);
-            s1 = added(s1, w, k + 1, read, spoke[1]);
-        }
-        for (; k < n_inner + n_spoke; ++k)
-            s1 = added(s1, w, k, read, *spoke++);
-        if (--to_wrap == 0) {
-            spoke = spokes;
-            inner = sectors;
-        }
-    }
-    sums.points = (s0 + s1) + (s2 + s3);
-    if (is_ev) {
-        const Wide vertex = read(sum.points[0]);
-        for (int r = 0; r < Jet::kSize; ++r)
-            sums.points.c[r] =
-                mul_add(Wide::of(weights.sum_and_vertex[r][1]), vertex, sums.points.c[r]);
-    }
-    for (int r = 0; r < Jet::kSize; ++r)
-        sums.one.c[r] += weights.sum_and_vertex[r][0];
-    return sums;
+    const Index *const spokes = points.points + is_ev,
+                *const sectors = spokes + n * n_spoke;
+    // Two sums, so that additions need not wait for each other.
+    Jet even = sum, odd = Jet::zero();
+    const auto add_sectors = [&](int m, auto&& point) OSDX_LAMBDA {
+        const int first = start + m < n ? start + m : start + m - n,
+                  second = first + 1 < n ? first + 1 : 0;
+        const double* w = weights.values + m;
+        const auto add_points = [&](const Index* of_first, const Index* of_second,
+                                    int n_points) OSDX_LAMBDA {
+            int k = 0;
+            for (; k + 2 <= n_points; k += 2, w += 2 * Jet::kSize * kLanes) {
+                even = added<T>(even, w, point(of_first[k], of_second[k]));
+                odd = added<T>(odd, w + Jet::kSize * kLanes,
+                               point(of_first[k + 1], of_second[k + 1]));
+            }
+            if (k < n_points) {
+                even = added<T>(even, w, point(of_first[k], of_second[k]));
+                w += Jet::kSize * kLanes;
+            }
+        };
+        add_points(sectors + first * n_inner, sectors + second * n_inner, n_inner);
+        add_points(spokes + first * n_spoke, spokes + second * n_spoke, n_spoke);
+        if (is_ev)
+            odd = added<T>(odd, w, point(points.points[0], points.points[0]));
+    };
+    int m = 0;
+    for (; m + Points::kAtOnce <= n_lanes; m += Points::kAtOnce)
+        add_sectors(m, [&](Index a, Index b) OSDX_LAMBDA { return read(a, b); });
+    if (m < n_lanes)
+        add_sectors(m, [&](Index a, Index) OSDX_LAMBDA { return read(a); });
+    return even + odd;
 }
 
 /// The same for any degree, faster for cubic ones.
-template <int kOrder, class T>
-HWY_INLINE PolygonSums<kOrder> with_any_block(PolygonSums<kOrder> sums,
-                                              const RingTables& t, bool is_ev,
-                                              const Weights& weights,
-                                              const PointSum<T>& sum, int start) {
+template <int kOrder, class T, class V>
+HWY_INLINE LaneJet<V, kOrder> with_any_block(LaneJet<V, kOrder> sum, const RingTables& t,
+                                             bool is_ev, const Weights& weights,
+                                             const PointSum<T>& points, int start) {
     if (t.degree != 3)
-        return with_block<0, 0>(sums, t, is_ev, weights, sum, start);
+        return with_block<0, 0>(sum, t, is_ev, weights, points, start);
     if (is_ev)
-        return with_block<4, 2>(sums, t, true, weights, sum, start);
-    return with_block<9, 0>(sums, t, false, weights, sum, start);
+        return with_block<4, 2>(sum, t, true, weights, points, start);
+    return with_block<9, 0>(sum, t, false, weights, points, start);
 }
 
 /// Windows of weights on their way to sums.
@@ -361,35 +403,36 @@ template <int kOrder, class T>
 struct WindowSink {
     const RingTables& tables;
     bool is_ev;
-    const PointSum<T>& sum;
-    PolygonSums<kOrder> sums;
+    const PointSum<T>& points;
+    LaneJet<typename PolygonPoints<T>::V, kOrder> sum;
 
     static void take(const WeightSink& sink, const Weights& weights, int start) {
         auto& self = *static_cast<WindowSink*>(sink.state);
-        self.sums =
-            with_any_block(self.sums, self.tables, self.is_ev, weights, self.sum, start);
+        self.sum =
+            with_any_block(self.sum, self.tables, self.is_ev, weights, self.points, start);
     }
 };
 
 template <int kOrder, class T>
 void polygon_sum(const RingTables& t, PatchKind kind, const DomainPoint& p,
-                 const ChartMap& map, const PointSum<T>& sum, PointJet& out) {
-    using Jet = LaneJet<Wide, kOrder>;
-    using S = LaneJet<double, kOrder>;
+                 const ChartMap& map, const PointSum<T>& points, PointJet& out) {
+    using Points = PolygonPoints<T>;
+    using Jet = LaneJet<typename Points::V, kOrder>;
     const bool is_ev = kind == PatchKind::EV;
-    PolygonSums<kOrder> sums{Jet::zero(), S::zero()};
+    Jet sum = Jet::zero();
     if (t.is_ring()) {
         Weights weights;
         ring_weights<kOrder>(t, kind, p, weights);
-        sums = with_any_block(sums, t, is_ev, weights, sum, 0);
+        sum = with_any_block(sum, t, is_ev, weights, points, 0);
     } else {
-        WindowSink<kOrder, T> sink{t, is_ev, sum, sums};
+        WindowSink<kOrder, T> sink{t, is_ev, points, sum};
         window_weights<kOrder>(t, kind, p, {&sink.take, &sink});
-        sums = sink.sums;
+        sum = sink.sum;
     }
-    const Wide of_one = Wide::of(1 / sums.one.c[0]);
-    const S f = mapped<double, kOrder>(map, sums.one);
-    put(quotient(mapped<Wide, kOrder>(map, sums.points), Jet::same(f), of_one), out);
+    const auto jet = mapped<Quad, kOrder>(map, Points::template total<kOrder>(sum));
+    constexpr std::int64_t kLast[] = {3, 3, 3, 3};
+    const auto one = permute(jet, kLast);
+    put(quotient(jet, one, Quad::of(1) / one.c[0]), out);
 }
 
 template <class T>

@@ -34,7 +34,10 @@ struct PointSum {
 /// The largest number of points of a patch that is evaluated at some places at once.
 inline constexpr int kMostManyPoints = kLanes * kMaxDegree * kMaxDegree;
 
-/// p, du, dv, duu, duv, dvv of up to four channels.
+/// Channels that are summed at a time.
+inline constexpr int kSumChannels = 3;
+
+/// p, du, dv, duu, duv, dvv of kSumChannels channels. What follows them may be anything.
 struct PointJet {
     double value[6][4];
 };

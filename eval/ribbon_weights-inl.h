@@ -18,30 +18,18 @@ HWY_BEFORE_NAMESPACE();
 namespace osdx::HWY_NAMESPACE {
 
 /// Weights of one block of ribbons on their way to a sum: of points k = 0, 1, .. of every
-/// sector, then of its first spoke for EV, as PatchClass orders them. Derivative r of point k in
-/// lane m is values[(k n_derivatives + r) kLanes + m], m the sector start + m modulo n.
+/// sector, then of its first spoke for EV, as PatchClass orders them, and last for EV the part of
+/// each ribbon in that of the vertex. Derivative r of point k in lane m is
+/// values[(k n_derivatives + r) kLanes + m], m the sector start + m modulo n.
 struct Weights {
     static constexpr int kMost = kMaxDegree * kMaxDegree;
 
-    double sum_and_vertex[6][2];  ///< of all weights; of the vertex, of EV
     alignas(64) double values[kMost * 6 * kLanes];
 
-    /// \param sum  of all weights so far
     template <int kOrder>
-    HWY_INLINE void put(int k, LaneJet<P8, kOrder> w, LaneJet<P8, kOrder>& sum) {
-        sum = k == 0 ? w : sum + w;
+    HWY_INLINE void put(int k, LaneJet<P8, kOrder> w) {
         for (int r = 0; r < w.kSize; ++r)
             w.c[r].store(values + (k * w.kSize + r) * kLanes);
-    }
-    /// \param vertex  its weight, of which each lane has a part
-    template <int kOrder>
-    HWY_INLINE void finish(const RingTables& t, LaneJet<P8, kOrder> sum,
-                           LaneJet<P8, kOrder> vertex) {
-        sum = sum + vertex;
-        const P8 is_slot = P8::load(t.is_slot.data());
-        for (int r = 0; r < sum.kSize; ++r)
-            sum_lanes_of_two(sum.c[r] * is_slot, vertex.c[r] * is_slot,
-                             sum_and_vertex[r]);
     }
 };
 
@@ -219,15 +207,13 @@ HWY_INLINE void cubic_weights(const RingTables& t, const Ribbons<kOrder>& ribbon
     using J = LaneJet<P8, kOrder>;
     const CornerBasis<kEV, kOrder> at(t, ribbons);
     constexpr int kSide = kEV ? 2 : 3, kLast = kSide - 1;
-    J sum, vertex = J::zero();
     // The point a steps from side i and b from side i+1 lies in ribbons i and i+1. Rows count
     // from the sides.
     for (int a = 0; a < kSide; ++a) {
         for (int b = 0; b < kSide; ++b)
             weights.put(a * kSide + b,
                         mul_add(at.columns[b], at.rows[kLast - a],
-                                at.next_columns[a] * at.next_rows[kLast - b]),
-                        sum);
+                                at.next_columns[a] * at.next_rows[kLast - b]));
     }
     if constexpr (kEV) {
         // Points of a spoke lie in three; the vertex in all of them.
@@ -235,11 +221,10 @@ HWY_INLINE void cubic_weights(const RingTables& t, const Ribbons<kOrder>& ribbon
             const J two =
                 mul_add(at.middle, at.rows[1 - b], at.next_columns[b] * at.next_rows[2]);
             weights.put(
-                4 + b, two + permute(at.columns[b] * at.rows[2], t.previous.data()), sum);
+                4 + b, two + permute(at.columns[b] * at.rows[2], t.previous.data()));
         }
-        vertex = at.middle * at.rows[2];
+        weights.put(6, at.middle * at.rows[2]);
     }
-    weights.finish(t, sum, vertex);
 }
 
 // ------------------------------------------------------------------ ribbons of any degree
@@ -406,26 +391,23 @@ HWY_INLINE void spline_weights(const RingTables& t, bool ev,
         next_columns[k] = permute(columns[k], next);
     }
 
-    J sum, vertex = J::zero();
     int k = 0;
     // The point a steps from side i and b from side i+1 lies in ribbons i and i+1.
     for (int a = ev; a < d; ++a) {
         for (int b = ev; b < d; ++b)
             weights.put(k++,
                         mul_add(columns[d - ev + b], rows[m - a],
-                                next_columns[m - a] * next_rows[m - b]),
-                        sum);
+                                next_columns[m - a] * next_rows[m - b]));
     }
     if (ev) {
         // Points of a spoke lie in three; the vertex in all of them.
         for (int b = 1; b < d; ++b) {
             const J two =
                 mul_add(columns[m], rows[m - b], next_columns[m - b] * next_rows[m]);
-            weights.put(k++, two + permute(columns[m + b] * rows[m], previous), sum);
+            weights.put(k++, two + permute(columns[m + b] * rows[m], previous));
         }
-        vertex = columns[m] * rows[m];
+        weights.put(k, columns[m] * rows[m]);
     }
-    weights.finish(t, sum, vertex);
 }
 
 template <int kOrder>

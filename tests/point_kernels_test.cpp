@@ -126,7 +126,7 @@ void expect_as_by_weights(const PatchBasis& basis, const DomainPoint& p, Chart c
         // are moved.
         const double tolerance = (c.border == PatchBorder::None ? 64 : 256) *
                                  std::numeric_limits<double>::epsilon() * size;
-        for (int x = 0; x < std::min(4, net.stride); ++x)
+        for (int x = 0; x < std::min(detail::kSumChannels, net.stride); ++x)
             EXPECT_NEAR(value(r, x), expected[r][x], tolerance)
                 << testing::PrintToString(c) << " sector " << p.sector << " (" << p.a
                 << ", " << p.b << ") chart " << int(chart) << " derivative " << r;
@@ -156,7 +156,7 @@ template <class T>
 int check_class(const PatchClass& c) {
     const PatchBasis basis(c);
     int n = 0;
-    // Five channels: the fourth of the last point is followed by another one, others not.
+    // Whether other channels or points follow the last one or not.
     n += check<0>(basis, Net<T>(c.n_points(), 3));
     n += check<1>(basis, Net<T>(c.n_points(), 1));
     n += check<1>(basis, Net<T>(c.n_points(), 3));
