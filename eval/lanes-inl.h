@@ -208,6 +208,11 @@ HWY_INLINE double mul_add(double a, double b, double c) {
 HWY_INLINE double neg_mul_add(double a, double b, double c) {
     return c - a * b;
 }
+/// -a b
+template <int kN>
+HWY_INLINE Pack<kN> neg_mul(Pack<kN> a, Pack<kN> b) {
+    return neg_mul_add(a, b, Pack<kN>::zero());
+}
 
 template <int kN>
 HWY_INLINE double first_lane(Pack<kN> a) {
@@ -381,6 +386,20 @@ struct Inner {
         }
         return r;
     }
+    /// Of f(constant - x).
+    HWY_INLINE LaneJet<V, kOrder> compose_mirrored(Taylor<V, kOrder> f) const {
+        LaneJet<V, kOrder> r;
+        r.c[0] = f.c[0];
+        if constexpr (kOrder > 0) {
+            r.c[1] = neg_mul(f.c[1], c[1]);
+            r.c[2] = neg_mul(f.c[1], c[2]);
+        }
+        if constexpr (kOrder > 1) {
+            for (int k = 0; k < 3; ++k)
+                r.c[3 + k] = neg_mul_add(f.c[1], c[3 + k], f.c[2] * square[k]);
+        }
+        return r;
+    }
 };
 
 /// The same for f(x) times a factor: its products with the derivatives of x serve all f.
@@ -402,6 +421,26 @@ struct BlendedInner {
             r.first.c[3] = mul_add(x.c[3], f[0], x.c[1] * f[1]);
             r.first.c[4] = mul_add(x.c[4], f[0], mul_add(x.c[2], f[1], x.c[1] * f[2]));
             r.first.c[5] = mul_add(x.c[5], f[0], x.c[2] * f[2]);
+            for (int k = 0; k < 3; ++k)
+                r.second[k] = x.square[k] * f[0];
+        }
+        return r;
+    }
+    /// Of constant - x.
+    HWY_INLINE static BlendedInner of_mirrored(Inner<V, kOrder> x,
+                                               LaneJet<V, kOrder> factor) {
+        BlendedInner r;
+        r.factor = factor;
+        const auto& f = factor.c;
+        if constexpr (kOrder > 0) {
+            r.first.c[1] = neg_mul(x.c[1], f[0]);
+            r.first.c[2] = neg_mul(x.c[2], f[0]);
+        }
+        if constexpr (kOrder > 1) {
+            r.first.c[3] = neg_mul_add(x.c[3], f[0], neg_mul(x.c[1], f[1]));
+            r.first.c[4] = neg_mul_add(x.c[4], f[0],
+                                       neg_mul_add(x.c[2], f[1], neg_mul(x.c[1], f[2])));
+            r.first.c[5] = neg_mul_add(x.c[5], f[0], neg_mul(x.c[2], f[2]));
             for (int k = 0; k < 3; ++k)
                 r.second[k] = x.square[k] * f[0];
         }
