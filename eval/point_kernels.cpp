@@ -3,6 +3,8 @@
 
 #include "eval/point_kernels.h"
 
+#include <algorithm>
+
 #include "eval/targets.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -35,13 +37,15 @@ constexpr bool kHasPolygons = P8::kParts <= 2;
 
 /// Reads up to four channels of control points into the first lanes of V, of four lanes or more.
 /// In the others there may be anything.
-template <class V, class T>
+/// \tparam kChecked  whether points may lie at the end of all values, with less behind them than V
+///         holds
+template <class V, class T, bool kChecked = true>
 class PointReader {
 public:
     HWY_INLINE explicit PointReader(const PointSum<T>& sum)
         : values_(sum.values),
           n_values_(sum.n_values),
-          whole_end_(sum.n_values < V::kLanes ? 0 : sum.n_values - (V::kLanes - 1)),
+          whole_end_(whole_end(sum)),
           stride_(sum.stride) {}
 
     HWY_INLINE V operator()(Index point) const {
@@ -50,16 +54,37 @@ public:
     }
 
     /// Where a point can be read: those at the end of all values are copied to `last`.
-    HWY_INLINE const T* at(Index point, T* last) const {
+    HWY_INLINE const T* at(Index point, [[maybe_unused]] T* last) const {
         const std::size_t at = std::size_t(point) * stride_;
-        if (HWY_LIKELY(at < whole_end_))
-            return values_ + at;
-        for (std::size_t k = 0; k < V::kLanes; ++k)
-            last[k] = k < 4 && at + k < n_values_ ? values_[at + k] : T(0);
-        return last;
+        if constexpr (kChecked) {
+            if (HWY_UNLIKELY(at >= whole_end_)) {
+                for (std::size_t k = 0; k < V::kLanes; ++k)
+                    last[k] = k < 4 && at + k < n_values_ ? values_[at + k] : T(0);
+                return last;
+            }
+        }
+        return values_ + at;
+    }
+
+    /// Whether none of n points is at the end.
+    HWY_INLINE static bool can_read(const PointSum<T>& sum, int n) {
+        using D = hn::CappedTag<std::uint32_t, 16>;
+        const D d;
+        auto last = hn::Zero(d);
+        for (int i = 0; i < n; i += int(hn::Lanes(d)))
+            last = hn::Max(
+                last, hn::MaskedLoad(
+                          hn::FirstN(d, n - i), d,
+                          reinterpret_cast<const std::uint32_t*>(sum.points) + i));
+        return whole_end(sum) > std::size_t(hn::GetLane(hn::MaxOfLanes(d, last))) *
+                                    std::size_t(sum.stride);
     }
 
 private:
+    HWY_INLINE static std::size_t whole_end(const PointSum<T>& sum) {
+        return sum.n_values < V::kLanes ? 0 : sum.n_values - (V::kLanes - 1);
+    }
+
     const T* values_;
     std::size_t n_values_, whole_end_, stride_;
 };
@@ -277,11 +302,13 @@ void regular_points_of_any(const TaylorRows& taylor, int degree, const double* n
 /// Control points in lanes x, y, z, 1, so that the sum of the weights is beside the sums of
 /// weights times points, and constants come out as such. Where ribbons fill a wide register two
 /// points go into one, x x y y z z 1 1, and one load puts the weights of two sectors to them.
-template <class T, int kPoints = P8::kParts == 1 ? 2 : 1>
+/// \tparam kChecked  as of PointReader
+template <class T, bool kChecked, int kPoints = P8::kParts == 1 ? 2 : 1>
 class PolygonPoints {
 public:
     static constexpr int kAtOnce = kPoints;
     using V = Pack<4 * kAtOnce>;
+    using Reader = PointReader<V, T, kChecked>;
 
     HWY_INLINE explicit PolygonPoints(const PointSum<T>& sum) : read_(sum) {}
 
@@ -326,24 +353,23 @@ public:
     }
 
 private:
-    PointReader<V, T> read_;
+    Reader read_;
 };
 
-template <class T, int kOrder, class V>
+template <class Points, int kOrder, class V>
 HWY_INLINE LaneJet<V, kOrder> added(LaneJet<V, kOrder> to, const double* w, V point) {
     for (int r = 0; r < to.kSize; ++r)
-        to.c[r] = mul_add(PolygonPoints<T>::weights(w + r * kLanes), point, to.c[r]);
+        to.c[r] = mul_add(Points::weights(w + r * kLanes), point, to.c[r]);
     return to;
 }
 
 /// Adds a block of weights times the points of the sectors start, start + 1, .. modulo n.
 /// \tparam kInner, kSpoke  points of each sector and spoke; or both are 0
-template <int kInner, int kSpoke, int kOrder, class T, class V>
+template <class Points, int kInner, int kSpoke, int kOrder, class T, class V>
 HWY_INLINE LaneJet<V, kOrder> with_block(LaneJet<V, kOrder> sum, const RingTables& t,
                                          bool is_ev, const Weights& weights,
                                          const PointSum<T>& points, int start) {
     using Jet = LaneJet<V, kOrder>;
-    using Points = PolygonPoints<T>;
     const Points read(points);
     const int n = t.n, n_lanes = t.n_lanes(), d1 = t.degree - 1,
               n_spoke = kInner > 0 ? kSpoke
@@ -364,19 +390,19 @@ HWY_INLINE LaneJet<V, kOrder> with_block(LaneJet<V, kOrder> sum, const RingTable
                                     int n_points) OSDX_LAMBDA {
             int k = 0;
             for (; k + 2 <= n_points; k += 2, w += 2 * Jet::kSize * kLanes) {
-                even = added<T>(even, w, point(of_first[k], of_second[k]));
-                odd = added<T>(odd, w + Jet::kSize * kLanes,
+                even = added<Points>(even, w, point(of_first[k], of_second[k]));
+                odd = added<Points>(odd, w + Jet::kSize * kLanes,
                                point(of_first[k + 1], of_second[k + 1]));
             }
             if (k < n_points) {
-                even = added<T>(even, w, point(of_first[k], of_second[k]));
+                even = added<Points>(even, w, point(of_first[k], of_second[k]));
                 w += Jet::kSize * kLanes;
             }
         };
         add_points(sectors + first * n_inner, sectors + second * n_inner, n_inner);
         add_points(spokes + first * n_spoke, spokes + second * n_spoke, n_spoke);
         if (is_ev)
-            odd = added<T>(odd, w, point(points.points[0], points.points[0]));
+            odd = added<Points>(odd, w, point(points.points[0], points.points[0]));
     };
     int m = 0;
     for (; m + Points::kAtOnce <= n_lanes; m += Points::kAtOnce)
@@ -387,43 +413,65 @@ HWY_INLINE LaneJet<V, kOrder> with_block(LaneJet<V, kOrder> sum, const RingTable
 }
 
 /// The same for any degree, faster for cubic ones.
-template <int kOrder, class T, class V>
+template <class Points, int kOrder, class T, class V>
 HWY_INLINE LaneJet<V, kOrder> with_any_block(LaneJet<V, kOrder> sum, const RingTables& t,
                                              bool is_ev, const Weights& weights,
                                              const PointSum<T>& points, int start) {
     if (t.degree != 3)
-        return with_block<0, 0>(sum, t, is_ev, weights, points, start);
+        return with_block<Points, 0, 0>(sum, t, is_ev, weights, points, start);
     if (is_ev)
-        return with_block<4, 2>(sum, t, true, weights, points, start);
-    return with_block<9, 0>(sum, t, false, weights, points, start);
+        return with_block<Points, 4, 2>(sum, t, true, weights, points, start);
+    return with_block<Points, 9, 0>(sum, t, false, weights, points, start);
 }
 
 /// Windows of weights on their way to sums.
 template <int kOrder, class T>
 struct WindowSink {
+    using Points = PolygonPoints<T, true>;
     const RingTables& tables;
     bool is_ev;
     const PointSum<T>& points;
-    LaneJet<typename PolygonPoints<T>::V, kOrder> sum;
+    LaneJet<typename Points::V, kOrder> sum;
 
     static void take(const WeightSink& sink, const Weights& weights, int start) {
         auto& self = *static_cast<WindowSink*>(sink.state);
-        self.sum =
-            with_any_block(self.sum, self.tables, self.is_ev, weights, self.points, start);
+        self.sum = with_any_block<Points>(self.sum, self.tables, self.is_ev, weights,
+                                          self.points, start);
     }
 };
+
+/// Calls take(points) with a copy of the points of a ring that can be read at the end, too.
+template <class T, class Take>
+HWY_NOINLINE void with_copy(const PointSum<T>& sum, int n, Take&& take) {
+    T values[detail::kSumChannels * detail::kMostManyPoints + kLanes];
+    Index points[detail::kMostManyPoints];
+    T* to = values;
+    for (int i = 0; i < n; ++i) {
+        const std::size_t at = std::size_t(sum.points[i]) * sum.stride;
+        for (std::size_t k = at; k < at + detail::kSumChannels; ++k)
+            *to++ = k < sum.n_values ? sum.values[k] : T(0);
+        points[i] = Index(i);
+    }
+    std::fill_n(to, kLanes, T(0));
+    to += kLanes;
+    take(PointSum<T>{values, std::size_t(to - values), detail::kSumChannels, points});
+}
 
 template <int kOrder, class T>
 void polygon_sum(const RingTables& t, PatchKind kind, const DomainPoint& p,
                  const ChartMap& map, const PointSum<T>& points, PointJet& out) {
-    using Points = PolygonPoints<T>;
+    using Points = PolygonPoints<T, false>;
     using Jet = LaneJet<typename Points::V, kOrder>;
     const bool is_ev = kind == PatchKind::EV;
     Jet sum = Jet::zero();
     if (t.is_ring()) {
+        if (HWY_UNLIKELY(!Points::Reader::can_read(points, t.n_points)))
+            return with_copy(points, t.n_points, [&](const PointSum<T>& copy) {
+                polygon_sum<kOrder>(t, kind, p, map, copy, out);
+            });
         Weights weights;
         ring_weights<kOrder>(t, kind, p, weights);
-        sum = with_any_block(sum, t, is_ev, weights, points, 0);
+        sum = with_any_block<Points>(sum, t, is_ev, weights, points, 0);
     } else {
         WindowSink<kOrder, T> sink{t, is_ev, points, sum};
         window_weights<kOrder>(t, kind, p, {&sink.take, &sink});

@@ -83,6 +83,7 @@ RingTables::RingTables(const PatchClass& patch_class, const Polygon& polygon)
       far_weight(n, [&](int j) { return far(j); }),
       is_far(n, [](int k) { return k > 1 ? 1.0 : 0.0; }),
       near_weight{near_table(-1), near_table(0), near_table(1)} {
+    one.fill(1);
     for (int m = 0; m < kLanes; ++m) {
         const int period = is_ring() ? n : kLanes;
         next[m] = (m + 1) % period;
@@ -142,6 +143,8 @@ void RingTables::build_polynomials() {
                 quotient[p][r] += q[p][2 * r];
         }
     }
+    twice_quotient_01 = 2 * quotient[0][1];
+    twice_total_1 = 2 * total[1];
 }
 
 }  // namespace osdx::detail

@@ -88,6 +88,7 @@ struct RingTables {
     /// quotient[p][r] is that of xi^p eta^(2 r). W is
     /// divided by n_intervals.
     double quotient[kLanes - 2][3] = {}, total[3] = {};
+    double twice_quotient_01 = 0, twice_total_1 = 0;
 
     /// Of windows: of weight j of Wachspress' coordinates, 1 where none of its sides is at
     /// the corner, and the same for j < n, else 0.
@@ -96,6 +97,9 @@ struct RingTables {
     SideTable is_far;          ///< 0 on the two sides at the corner, else 1
     SideTable near_weight[3];  ///< 1 where the weight -1, 0 or 1 is a part of h_i
 
+    /// 1 everywhere. Of what compilers know to be the same in all lanes they compute one and
+    /// spread it, which is two operations.
+    std::array<double, kLanes> one;
     std::array<double, kLanes> is_ribbon;  ///< 1 in lanes that hold a ribbon of their own
     std::array<double, kLanes> is_slot;    ///< 1 in lanes that may have weights
     std::array<std::int64_t, kLanes> next, previous;

@@ -26,8 +26,8 @@ using P8 = Pack<kLanes>;
 template <class V, int kOrder>
 HWY_INLINE LaneJet<V, kOrder> distances(const RingTables& t, int k, double a, double b) {
     // Exact 0 on the side, and to relative precision near it.
-    const V va = number<V>(a), vb = number<V>(b), one = number<V>(1), a1 = one - va,
-            b1 = one - vb;
+    const V va = number<V>(a), vb = number<V>(b), one = load<V>(t.one.data()),
+            a1 = one - va, b1 = one - vb;
     const V low = mul_add(vb, load<V>(t.right.at(k)), b1 * number<V>(t.centre)),
             high = mul_add(b1, load<V>(t.left.at(k)), vb * load<V>(t.corner.at(k)));
     auto l = LaneJet<V, kOrder>::constant(mul_add(va, high, a1 * low));
@@ -46,7 +46,7 @@ HWY_INLINE LaneJet<P8, kOrder> ring_total(const RingTables& t, P8 xi, P8 eta) {
     if (t.n <= 5) {
         total.c[0] = mul_add(z, c1, P8::of(t.total[0]));
         if constexpr (kOrder > 0) {
-            const P8 slope = P8::of(2 * t.total[1]);
+            const P8 slope = P8::of(t.twice_total_1);
             total.c[1] = slope * xi;
             total.c[2] = slope * eta;
         }
@@ -123,7 +123,7 @@ private:
             mul_add(slope, xi, mul_add(eta * eta, coefficient(0, 1), coefficient(0, 0)));
         if constexpr (kOrder > 0) {
             q.c[1] = q2 + slope;
-            q.c[2] = eta * P8::of(2 * t.quotient[0][1]);
+            q.c[2] = eta * P8::of(t.twice_quotient_01);
         }
         if constexpr (kOrder > 1) {
             q.c[3] = coefficient(2, 0);
@@ -320,9 +320,9 @@ HWY_INLINE Ribbons<kOrder> ring_ribbons(const RingTables& t, const DomainPoint& 
     const int first = t.n - p.sector;
     const P8 l = distances<P8, 0>(t, first, p.a, p.b).c[0], a = P8::of(p.a),
              b = P8::of(p.b), xi = l - P8::of(t.centre),
-             eta = mul_add(a, P8::load(t.eta_a.at(first)),
-                           mul_add(b, P8::load(t.eta_b.at(first)),
-                                   a * b * P8::load(t.eta_ab.at(first))));
+             eta = mul_add(mul_add(b, P8::load(t.eta_ab.at(first)),
+                                   P8::load(t.eta_a.at(first))),
+                           a, b * P8::load(t.eta_b.at(first)));
     const auto total = ring_total<kOrder>(t, xi, eta);
     const P8 of_total = P8::of(1 / first_lane(total.c[0]));
     const auto load = [&](const detail::SideTable& table)
