@@ -41,6 +41,10 @@ struct Pack<kN, true> {
     HWY_INLINE static Pack load_pairs(const double* from) {
         return {hn::LoadDup128(D(), from)};
     }
+    /// a b a b ..
+    HWY_INLINE static Pack alternating(double a, double b) {
+        return {hn::OddEven(hn::Set(D(), b), hn::Set(D(), a))};
+    }
     /// a[0] b[0] a[1] b[1] .., of kN values each that can be read.
     template <class T>
     HWY_INLINE static Pack load_alternating(const T* a, const T* b) {
@@ -48,13 +52,15 @@ struct Pack<kN, true> {
         if constexpr (kN == 8 && sizeof(T) == 4) {
             const hn::Rebind<T, D> d;
             const auto order = _mm256_setr_epi32(0, 8, 1, 9, 2, 10, 3, 11);
-            return {hn::PromoteTo(
-                D(), hn::Vec<decltype(d)>{_mm256_permutex2var_ps(
-                         hn::LoadU(d, a).raw, order, hn::LoadU(d, b).raw)})};
+            return {hn::PromoteTo(D(),
+                                  hn::Vec<decltype(d)>{_mm256_permutex2var_ps(
+                                      hn::LoadU(d, a).raw, order, hn::LoadU(d, b).raw)})};
         } else if constexpr (kN == 8) {
             const auto order = _mm512_setr_epi64(0, 8, 1, 9, 2, 10, 3, 11);
-            return {hn::Vec<D>{_mm512_permutex2var_pd(hn::LoadU(D(), a).raw, order,
-                                                      hn::LoadU(D(), b).raw)}};
+            return {hn::Vec<D> {
+                _mm512_permutex2var_pd(hn::LoadU(D(), a).raw, order,
+                                       hn::LoadU(D(), b).raw)
+            }};
         }
 #endif
         T both[kN];
@@ -62,13 +68,25 @@ struct Pack<kN, true> {
             both[i] = (i % 2 == 0 ? a : b)[i / 2];
         return load(both);
     }
-    HWY_INLINE void store(double* to) const { hn::StoreU(v, D(), to); }
+    HWY_INLINE void store(double* to) const {
+        hn::StoreU(v, D(), to);
+    }
 
-    friend HWY_INLINE Pack operator+(Pack a, Pack b) { return {hn::Add(a.v, b.v)}; }
-    friend HWY_INLINE Pack operator-(Pack a, Pack b) { return {hn::Sub(a.v, b.v)}; }
-    friend HWY_INLINE Pack operator*(Pack a, Pack b) { return {hn::Mul(a.v, b.v)}; }
-    friend HWY_INLINE Pack operator/(Pack a, Pack b) { return {hn::Div(a.v, b.v)}; }
-    friend HWY_INLINE Pack operator-(Pack a) { return {hn::Neg(a.v)}; }
+    friend HWY_INLINE Pack operator+(Pack a, Pack b) {
+        return {hn::Add(a.v, b.v)};
+    }
+    friend HWY_INLINE Pack operator-(Pack a, Pack b) {
+        return {hn::Sub(a.v, b.v)};
+    }
+    friend HWY_INLINE Pack operator*(Pack a, Pack b) {
+        return {hn::Mul(a.v, b.v)};
+    }
+    friend HWY_INLINE Pack operator/(Pack a, Pack b) {
+        return {hn::Div(a.v, b.v)};
+    }
+    friend HWY_INLINE Pack operator-(Pack a) {
+        return {hn::Neg(a.v)};
+    }
     /// a b + c
     friend HWY_INLINE Pack mul_add(Pack a, Pack b, Pack c) {
         return {hn::MulAdd(a.v, b.v, c.v)};
@@ -343,6 +361,24 @@ struct LaneJet {
         return x;
     }
 };
+
+/// Derivatives in variables that are turned against others.
+template <class V, int kOrder>
+HWY_INLINE LaneJet<V, kOrder> turned(V cos, V sin, LaneJet<V, kOrder> jet) {
+    LaneJet<V, kOrder> r = jet;
+    if constexpr (kOrder > 0) {
+        r.c[1] = mul_add(cos, jet.c[1], sin * jet.c[2]);
+        r.c[2] = mul_sub(cos, jet.c[2], sin * jet.c[1]);
+    }
+    if constexpr (kOrder > 1) {
+        const V cc = cos * cos, ss = sin * sin, cs = cos * sin,
+                twice = (cs + cs) * jet.c[4];
+        r.c[3] = mul_add(cc, jet.c[3], mul_add(ss, jet.c[5], twice));
+        r.c[4] = mul_add(cc - ss, jet.c[4], cs * (jet.c[5] - jet.c[3]));
+        r.c[5] = mul_add(ss, jet.c[3], mul_sub(cc, jet.c[5], twice));
+    }
+    return r;
+}
 
 /// Taylor coefficients of a function of one variable.
 template <class V, int kOrder>

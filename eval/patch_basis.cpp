@@ -222,7 +222,7 @@ void PatchBasis::border_sum(const DomainPoint& p, Chart chart, detail::ChartTurn
     const auto surface = [&](const DomainPoint& q, J<Order> x, J<Order> y) {
         detail::PointJet s;
         std::get<detail::PointKernels<double>>(kernels_).polygon(
-            ring, class_.kind, q, Order, {},
+            ring, class_.kind, q, Order, detail::PointFrame::Sector, {},
             {net.data(), net.size(), 4, net_indices_.data()}, s);
         x.c[0] = y.c[0] = 0;
         const J<Order> xx = 0.5 * (x * x), xy = x * y, yy = 0.5 * (y * y);
@@ -307,6 +307,7 @@ bool PatchBasis::sum_at_border(const DomainPoint& p, Chart chart, int order,
                                detail::PointJet& out) const noexcept {
     if (net_indices_.size() > kMostNetPoints)
         return false;
+    out = {};
     double values[4 * kMostNetPoints];
     gather_net(what, values);
     const std::span<const double> net(values, 4 * net_indices_.size());
@@ -336,20 +337,9 @@ bool PatchBasis::sum(const DomainPoint& p, Chart chart, int order, detail::Chart
         return false;
     if (class_.border != PatchBorder::None)
         return sum_at_border(p, chart, order, turn, what, out);
-    // The kernel's (x, y) are those of the sector: with (a, b), or turned with it.
-    const double c = turn.cos, s = turn.sin;
-    detail::ChartMap map;
-    if (chart == Chart::Native) {
-        const Vec2<double> at = ring_->sector_turn[p.sector];
-        map = {c * at.x + s * at.y, s * at.x - c * at.y, c * at.y - s * at.x,
-               s * at.y + c * at.x, 0};
-    } else {
-        const double x_ab = ring_->x_ab, x_a = ring_->x_a + p.b * x_ab,
-                     x_b = ring_->x_a + p.a * x_ab;
-        map = {c * x_a + s * x_b, (s - c) * ring_->y_b, c * x_b - s * x_a,
-               (s + c) * ring_->y_b, (c * c - s * s) * x_ab};
-    }
-    kernels.polygon(*ring_, class_.kind, p, order, map, what, out);
+    const auto frame =
+        chart == Chart::Native ? detail::PointFrame::Native : detail::PointFrame::BaseUV;
+    kernels.polygon(*ring_, class_.kind, p, order, frame, turn, what, out);
     return true;
 }
 

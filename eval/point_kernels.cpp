@@ -19,8 +19,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace osdx::HWY_NAMESPACE {
 
-using detail::ChartMap;
 using detail::ChartTurn;
+using detail::PointFrame;
 using detail::PointJet;
 using detail::PointJets;
 using detail::PointPlaces;
@@ -68,16 +68,15 @@ public:
 
     /// Whether none of n points is at the end.
     HWY_INLINE static bool can_read(const PointSum<T>& sum, int n) {
+        if (sum.n_values < V::kLanes)
+            return false;
         using D = hn::CappedTag<std::uint32_t, 16>;
         const D d;
         auto last = hn::Zero(d);
         for (int i = 0; i < n; i += int(hn::Lanes(d)))
-            last = hn::Max(
-                last, hn::MaskedLoad(
-                          hn::FirstN(d, n - i), d,
-                          reinterpret_cast<const std::uint32_t*>(sum.points) + i));
-        return whole_end(sum) > std::size_t(hn::GetLane(hn::MaxOfLanes(d, last))) *
-                                    std::size_t(sum.stride);
+            last = hn::Max(last, hn::MaskedLoad(hn::FirstN(d, n - i), d, sum.points + i));
+        const std::size_t end = (sum.n_values - V::kLanes) / sum.stride + 1;
+        return hn::AllTrue(d, hn::Lt(last, hn::Set(d, std::uint32_t(end))));
     }
 
 private:
@@ -89,40 +88,20 @@ private:
     std::size_t n_values_, whole_end_, stride_;
 };
 
-/// From Taylor coefficients in the kernel's variables to those in the ones that are asked for.
-template <class V, int kOrder>
-HWY_INLINE LaneJet<V, kOrder> mapped(const ChartMap& m, LaneJet<V, kOrder> jet) {
-    LaneJet<V, kOrder> r;
-    r.c[0] = jet.c[0];
-    if constexpr (kOrder > 0) {
-        const V x = jet.c[1], y = jet.c[2];
-        r.c[1] = mul_add(number<V>(m.x_u), x, number<V>(m.y_u) * y);
-        r.c[2] = mul_add(number<V>(m.x_v), x, number<V>(m.y_v) * y);
-        if constexpr (kOrder > 1) {
-            const auto second = [&](double xx, double xy, double yy) OSDX_LAMBDA {
-                return mul_add(
-                    number<V>(xx), jet.c[3],
-                    mul_add(number<V>(xy), jet.c[4], number<V>(yy) * jet.c[5]));
-            };
-            r.c[3] = second(m.x_u * m.x_u, m.x_u * m.y_u, m.y_u * m.y_u);
-            r.c[4] = mul_add(number<V>(m.x_uv), x,
-                             second(2 * m.x_u * m.x_v, m.x_u * m.y_v + m.y_u * m.x_v,
-                                    2 * m.y_u * m.y_v));
-            r.c[5] = second(m.x_v * m.x_v, m.x_v * m.y_v, m.y_v * m.y_v);
-        }
-    }
-    return r;
-}
-
 /// From Taylor coefficients to derivatives.
 template <class V, int kOrder>
-HWY_INLINE void put(LaneJet<V, kOrder> jet, PointJet& out) {
+HWY_INLINE LaneJet<V, kOrder> derivatives(LaneJet<V, kOrder> jet) {
     if constexpr (kOrder > 1) {
         jet.c[3] = jet.c[3] + jet.c[3];
         jet.c[5] = jet.c[5] + jet.c[5];
     }
-    for (int r = 0; r < jet.kSize; ++r)
-        jet.c[r].store(out.value[r]);
+    return jet;
+}
+
+template <int kOrder>
+HWY_INLINE void put(LaneJet<Quad, kOrder> derivatives, PointJet& out) {
+    for (int r = 0; r < derivatives.kSize; ++r)
+        derivatives.c[r].store(out.value[r]);
 }
 
 // ------------------------------------------------------------------ regular patches
@@ -177,8 +156,7 @@ void regular(const TaylorRows& taylor, int degree, double s, double t, ChartTurn
                 jet.c[c] = mul_add(Quad::of(along_t[y][k]), row[m - y], jet.c[c]);
         }
     }
-    const double c = turn.cos, s_ = turn.sin;
-    put(mapped<Quad, kOrder>({c, s_, -s_, c, 0}, jet), out);
+    put(turned(Quad::of(turn.cos), Quad::of(turn.sin), derivatives(jet)), out);
 }
 
 template <class T>
@@ -229,24 +207,6 @@ HWY_INLINE void uniform_bases(const TaylorRows& taylor, int degree, P8 u,
     }
 }
 
-/// From derivatives in (s, t) to those in variables that are turned against them.
-template <int kOrder>
-HWY_INLINE LaneJet<P8, kOrder> turned(P8 cos, P8 sin, LaneJet<P8, kOrder> jet) {
-    LaneJet<P8, kOrder> r = jet;
-    if constexpr (kOrder > 0) {
-        r.c[1] = mul_add(cos, jet.c[1], sin * jet.c[2]);
-        r.c[2] = mul_sub(cos, jet.c[2], sin * jet.c[1]);
-    }
-    if constexpr (kOrder > 1) {
-        const P8 cc = cos * cos, ss = sin * sin, cs = cos * sin,
-                 twice = (cs + cs) * jet.c[4];
-        r.c[3] = mul_add(cc, jet.c[3], mul_add(ss, jet.c[5], twice));
-        r.c[4] = mul_add(cc - ss, jet.c[4], cs * (jet.c[5] - jet.c[3]));
-        r.c[5] = mul_add(ss, jet.c[3], mul_sub(cc, jet.c[5], twice));
-    }
-    return r;
-}
-
 template <int kDegree, int kOrder>
 void regular_points(const TaylorRows& taylor, int degree, const double* net,
                     const PointPlaces& at, PointJets& out) {
@@ -271,7 +231,7 @@ void regular_points(const TaylorRows& taylor, int degree, const double* net,
                     jet.c[r] = mul_add(along_t[y][k], row[m - y], jet.c[r]);
             }
         }
-        jet = turned<kOrder>(cos, sin, jet);
+        jet = turned(cos, sin, jet);
         for (int r = 0; r < jet.kSize; ++r)
             jet.c[r].store(out.value[r][c]);
     }
@@ -317,8 +277,9 @@ public:
             return last_from(3, V::of(1), read_(a));
         } else {
             T last_a[V::kLanes], last_b[V::kLanes];
-            return last_from(6, V::of(1),
-                             V::load_alternating(read_.at(a, last_a), read_.at(b, last_b)));
+            return last_from(
+                6, V::of(1),
+                V::load_alternating(read_.at(a, last_a), read_.at(b, last_b)));
         }
     }
     /// Zero in lanes of another point.
@@ -339,6 +300,10 @@ public:
             return V::of(*w);
         else
             return V::load_pairs(w);
+    }
+    /// The weights of two points of one sector.
+    HWY_INLINE static V weights(const double* a, const double* b) {
+        return V::alternating(*a, *b);
     }
     template <int kOrder>
     HWY_INLINE static LaneJet<Quad, kOrder> total(LaneJet<V, kOrder> sums) {
@@ -378,11 +343,11 @@ HWY_INLINE LaneJet<V, kOrder> with_block(LaneJet<V, kOrder> sum, const RingTable
               n_inner = kInner > 0 ? kInner
                         : is_ev    ? d1 * d1
                                    : t.degree * t.degree;
-    const Index *const spokes = points.points + is_ev,
-                *const sectors = spokes + n * n_spoke;
+    const Index *const spokes = points.points + is_ev, *const sectors =
+                                                           spokes + n * n_spoke;
     // Two sums, so that additions need not wait for each other.
     Jet even = sum, odd = Jet::zero();
-    const auto add_sectors = [&](int m, auto&& point) OSDX_LAMBDA {
+    const auto add_sectors = [&](int m) OSDX_LAMBDA {
         const int first = start + m < n ? start + m : start + m - n,
                   second = first + 1 < n ? first + 1 : 0;
         const double* w = weights.values + m;
@@ -390,25 +355,47 @@ HWY_INLINE LaneJet<V, kOrder> with_block(LaneJet<V, kOrder> sum, const RingTable
                                     int n_points) OSDX_LAMBDA {
             int k = 0;
             for (; k + 2 <= n_points; k += 2, w += 2 * Jet::kSize * kLanes) {
-                even = added<Points>(even, w, point(of_first[k], of_second[k]));
+                even = added<Points>(even, w, read(of_first[k], of_second[k]));
                 odd = added<Points>(odd, w + Jet::kSize * kLanes,
-                               point(of_first[k + 1], of_second[k + 1]));
+                                    read(of_first[k + 1], of_second[k + 1]));
             }
             if (k < n_points) {
-                even = added<Points>(even, w, point(of_first[k], of_second[k]));
+                even = added<Points>(even, w, read(of_first[k], of_second[k]));
                 w += Jet::kSize * kLanes;
             }
         };
         add_points(sectors + first * n_inner, sectors + second * n_inner, n_inner);
         add_points(spokes + first * n_spoke, spokes + second * n_spoke, n_spoke);
         if (is_ev)
-            odd = added<Points>(odd, w, point(points.points[0], points.points[0]));
+            odd = added<Points>(odd, w, read(points.points[0], points.points[0]));
     };
     int m = 0;
     for (; m + Points::kAtOnce <= n_lanes; m += Points::kAtOnce)
-        add_sectors(m, [&](Index a, Index b) OSDX_LAMBDA { return read(a, b); });
-    if (m < n_lanes)
-        add_sectors(m, [&](Index a, Index) OSDX_LAMBDA { return read(a); });
+        add_sectors(m);
+    if constexpr (Points::kAtOnce == 2) {
+        if (m < n_lanes) {
+            // Two points of the sector that is left at a time.
+            constexpr int kStride = Jet::kSize * kLanes;
+            const int sector = start + m < n ? start + m : start + m - n;
+            const double* w = weights.values + m;
+            const auto point = [&](int k) OSDX_LAMBDA {
+                return k < n_inner             ? sectors[sector * n_inner + k]
+                       : k < n_inner + n_spoke ? spokes[sector * n_spoke + k - n_inner]
+                                               : points.points[0];
+            };
+            const int n_points = n_inner + n_spoke + is_ev;
+            int k = 0;
+            for (; k + 2 <= n_points; k += 2, w += 2 * kStride) {
+                const V p = read(point(k), point(k + 1));
+                for (int r = 0; r < Jet::kSize; ++r)
+                    even.c[r] =
+                        mul_add(Points::weights(w + r * kLanes, w + kStride + r * kLanes),
+                                p, even.c[r]);
+            }
+            if (k < n_points)  // the weights beside it are finite
+                odd = added<Points>(odd, w, read(point(k)));
+        }
+    }
     return even + odd;
 }
 
@@ -459,7 +446,8 @@ HWY_NOINLINE void with_copy(const PointSum<T>& sum, int n, Take&& take) {
 
 template <int kOrder, class T>
 void polygon_sum(const RingTables& t, PatchKind kind, const DomainPoint& p,
-                 const ChartMap& map, const PointSum<T>& points, PointJet& out) {
+                 PointFrame frame, ChartTurn turn, const PointSum<T>& points,
+                 PointJet& out) {
     using Points = PolygonPoints<T, false>;
     using Jet = LaneJet<typename Points::V, kOrder>;
     const bool is_ev = kind == PatchKind::EV;
@@ -467,7 +455,7 @@ void polygon_sum(const RingTables& t, PatchKind kind, const DomainPoint& p,
     if (t.is_ring()) {
         if (HWY_UNLIKELY(!Points::Reader::can_read(points, t.n_points)))
             return with_copy(points, t.n_points, [&](const PointSum<T>& copy) {
-                polygon_sum<kOrder>(t, kind, p, map, copy, out);
+                polygon_sum<kOrder>(t, kind, p, frame, turn, copy, out);
             });
         Weights weights;
         ring_weights<kOrder>(t, kind, p, weights);
@@ -477,23 +465,30 @@ void polygon_sum(const RingTables& t, PatchKind kind, const DomainPoint& p,
         window_weights<kOrder>(t, kind, p, {&sink.take, &sink});
         sum = sink.sum;
     }
-    const auto jet = mapped<Quad, kOrder>(map, Points::template total<kOrder>(sum));
+    const auto total = Points::template total<kOrder>(sum);
     constexpr std::int64_t kLast[] = {3, 3, 3, 3};
-    const auto one = permute(jet, kLast);
-    put(quotient(jet, one, Quad::of(1) / one.c[0]), out);
+    const auto one = permute(total, kLast);
+    auto jet = derivatives(quotient(total, one, Quad::of(1) / one.c[0]));
+    if (frame == PointFrame::BaseUV) {
+        jet = in_sector(t, Quad::of(p.a), Quad::of(p.b), jet);
+    } else if (frame == PointFrame::Native) {
+        const auto at = t.sector_turn[p.sector];
+        jet = turned(Quad::of(at.x), Quad::of(-at.y), jet);
+    }
+    put(turned(Quad::of(turn.cos), Quad::of(turn.sin), jet), out);
 }
 
 template <class T>
 void polygon_sum_of_order(const RingTables& t, PatchKind kind, const DomainPoint& p,
-                          int order, const ChartMap& map, const PointSum<T>& sum,
-                          PointJet& out) {
+                          int order, PointFrame frame, ChartTurn turn,
+                          const PointSum<T>& sum, PointJet& out) {
     switch (order) {
         case 0:
-            return polygon_sum<0>(t, kind, p, map, sum, out);
+            return polygon_sum<0>(t, kind, p, frame, turn, sum, out);
         case 1:
-            return polygon_sum<1>(t, kind, p, map, sum, out);
+            return polygon_sum<1>(t, kind, p, frame, turn, sum, out);
         default:
-            return polygon_sum<2>(t, kind, p, map, sum, out);
+            return polygon_sum<2>(t, kind, p, frame, turn, sum, out);
     }
 }
 
@@ -515,14 +510,10 @@ void ring_points(const RingTables& t, const double* net, const PointPlaces& at,
     });
     const P8 of_one = inverse(one.c[0]), cos = P8::load(at.cos), sin = P8::load(at.sin);
     for (int c = 0; c < 3; ++c) {
-        J jet = quotient(sums[c], one, of_one);
-        if constexpr (kOrder > 1) {
-            jet.c[3] = jet.c[3] + jet.c[3];
-            jet.c[5] = jet.c[5] + jet.c[5];
-        }
+        J jet = derivatives(quotient(sums[c], one, of_one));
         if (chart == Chart::BaseUV)
             jet = places.in_sector(t, jet);
-        jet = turned<kOrder>(cos, sin, jet);
+        jet = turned(cos, sin, jet);
         for (int r = 0; r < jet.kSize; ++r)
             jet.c[r].store(out.value[r][c]);
     }

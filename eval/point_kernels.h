@@ -9,11 +9,8 @@
 
 namespace osdx::detail {
 
-/// From the variables (x, y) of a kernel to (u, v):
-/// d_u = x_u d_x + y_u d_y, d_v = x_v d_x + y_v d_y, and d_uv has x_uv d_x more.
-struct ChartMap {
-    double x_u = 1, y_u = 0, x_v = 0, y_v = 1, x_uv = 0;
-};
+/// The variables of derivatives: (x, y) of the sector, x running to its corner, or what Chart says.
+enum class PointFrame { Sector, Native, BaseUV };
 
 /// From (a, b) of a patch to (u, v), which are turned and scaled:
 /// d_u = cos d_a + sin d_b, d_v = cos d_b - sin d_a.
@@ -67,10 +64,10 @@ struct PointKernels {
     void (*regular_points)(const TaylorRows& taylor, int degree, const double* net,
                            const PointPlaces& at, int order, PointJets& out);
 
-    /// EV and EF patches inside. The variables are those of RingTables. Null where the
-    /// machine's registers are too narrow.
+    /// EV and EF patches inside. Null where the machine's registers are too narrow.
+    /// \param turn  turns the variables of the frame
     void (*polygon)(const RingTables& tables, PatchKind kind, const DomainPoint& p,
-                    int order, const ChartMap& map, const PointSum<T>& sum,
+                    int order, PointFrame frame, ChartTurn turn, const PointSum<T>& sum,
                     PointJet& out);
 
     /// The same at some places of a ring at once. Null where `polygon` is.

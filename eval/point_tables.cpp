@@ -70,9 +70,8 @@ RingTables::RingTables(const PatchClass& patch_class, const Polygon& polygon)
             [&](int k) {
                 return -(x_a * polygon.normal(k).y + y_b * polygon.normal(k).x);
             }),
-      eta_b(
-          n,
-          [&](int k) { return y_b * polygon.normal(k).x - x_a * polygon.normal(k).y; }),
+      eta_b(n,
+            [&](int k) { return y_b * polygon.normal(k).x - x_a * polygon.normal(k).y; }),
       eta_ab(n, [&](int k) { return -x_ab * polygon.normal(k).y; }),
       sum_value(4 * centre * sine * sine / n_intervals),
       sum_slope(2 * std::cos(2 * std::numbers::pi / n) / n_intervals),

@@ -70,7 +70,7 @@ struct RingTables {
     SideTable left, corner, right;     ///< distances of the sector's corners to the sides
     SideTable distance_x, distance_y;  ///< derivatives of the distances
     SideTable slope_x, slope_y;        ///< d times them
-    SideTable eta_a, eta_b, eta_ab;    ///< eta = eta_a a + eta_b b + eta_ab a b, see below
+    SideTable eta_a, eta_b, eta_ab;  ///< eta = eta_a a + eta_b b + eta_ab a b, see below
     /// (l_(i-1) + l_(i+1)) / n_intervals = value + slope l_i
     double sum_value, sum_slope;
     SideTable around_x, around_y;  ///< d times derivatives of that

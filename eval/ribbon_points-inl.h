@@ -59,30 +59,7 @@ struct RingPlaces {
     template <int kOrder>
     HWY_INLINE LaneJet<P8, kOrder> in_sector(const RingTables& t,
                                              LaneJet<P8, kOrder> jet) const {
-        LaneJet<P8, kOrder> r = jet;
-        if constexpr (kOrder > 0) {
-            const P8 x_ab = P8::of(t.x_ab), x_a = mul_add(b, x_ab, P8::of(t.x_a)),
-                     x_b = mul_add(a, x_ab, P8::of(t.x_a)), y_b = P8::of(t.y_b);
-            // First along the sector and across it.
-            const P8 along = mul_add(cos, jet.c[1], sin * jet.c[2]),
-                     across = mul_sub(cos, jet.c[2], sin * jet.c[1]) * y_b;
-            r.c[1] = mul_sub(x_a, along, across);
-            r.c[2] = mul_add(x_b, along, across);
-            if constexpr (kOrder > 1) {
-                const P8 cc = cos * cos, ss = sin * sin, cs = cos * sin,
-                         twice = (cs + cs) * jet.c[4];
-                const P8 xx = mul_add(cc, jet.c[3], mul_add(ss, jet.c[5], twice)),
-                         xy =
-                             mul_add(cc - ss, jet.c[4], cs * (jet.c[5] - jet.c[3])) * y_b,
-                         yy = mul_add(ss, jet.c[3], mul_sub(cc, jet.c[5], twice)) *
-                              (y_b * y_b);
-                r.c[3] = mul_add(x_a, mul_sub(x_a, xx, xy + xy), yy);
-                r.c[4] = mul_add(x_ab, along,
-                                 mul_add(x_a * x_b, xx, mul_sub(x_a - x_b, xy, yy)));
-                r.c[5] = mul_add(x_b, mul_add(x_b, xx, xy + xy), yy);
-            }
-        }
-        return r;
+        return HWY_NAMESPACE::in_sector(t, a, b, turned(cos, sin, jet));
     }
 };
 

@@ -107,9 +107,8 @@ HWY_INLINE Cubic<kOrder> extended_cubic(P8 y) {
     if constexpr (kOrder > 0)
         r.c[1] = u * y2 * mul_sub(select(three, P8::of(30)), u, four);
     if constexpr (kOrder > 1)
-        r.c[2] = select(
-            mul_sub(three, u, P8::of(2)),
-            y * mul_sub(mul_add(P8::of(60), u, P8::of(24)), u, P8::of(2)));
+        r.c[2] = select(mul_sub(three, u, P8::of(2)),
+                        y * mul_sub(mul_add(P8::of(60), u, P8::of(24)), u, P8::of(2)));
     return r;
 }
 
@@ -181,8 +180,8 @@ struct CornerBasis {
         const J next_s = permute(ribbons.s, next);
         const auto inner = cubic_inner<kOrder>(ribbons.s),
                    next_inner = cubic_inner<kOrder>(next_s);
-        cubic_half<kEV>(ribbons.s.c[0],
-                        BlendedInner<P8, kOrder>::of(inner, ribbons.beta), columns);
+        cubic_half<kEV>(ribbons.s.c[0], BlendedInner<P8, kOrder>::of(inner, ribbons.beta),
+                        columns);
         cubic_half<kEV>(
             P8::of(kCubicIntervals<kEV>) - next_s.c[0],
             BlendedInner<P8, kOrder>::of_mirrored(next_inner, ribbons.next_alpha),
@@ -214,8 +213,8 @@ HWY_INLINE void cubic_weights(const RingTables& t, const Ribbons<kOrder>& ribbon
         for (int b = 0; b < 2; ++b) {
             const J two =
                 mul_add(at.middle, at.rows[1 - b], at.next_columns[b] * at.next_rows[2]);
-            weights.put(
-                4 + b, two + permute(at.columns[b] * at.rows[2], t.previous.data()));
+            weights.put(4 + b,
+                        two + permute(at.columns[b] * at.rows[2], t.previous.data()));
         }
         weights.put(6, at.middle * at.rows[2]);
     }
@@ -393,9 +392,8 @@ HWY_INLINE void spline_weights(const RingTables& t, bool ev,
     // The point a steps from side i and b from side i+1 lies in ribbons i and i+1.
     for (int a = ev; a < d; ++a) {
         for (int b = ev; b < d; ++b)
-            weights.put(k++,
-                        mul_add(columns[d - ev + b], rows[m - a],
-                                next_columns[m - a] * next_rows[m - b]));
+            weights.put(k++, mul_add(columns[d - ev + b], rows[m - a],
+                                     next_columns[m - a] * next_rows[m - b]));
     }
     if (ev) {
         // Points of a spoke lie in three; the vertex in all of them.

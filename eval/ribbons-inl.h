@@ -38,6 +38,28 @@ HWY_INLINE LaneJet<V, kOrder> distances(const RingTables& t, int k, double a, do
     return l;
 }
 
+/// From derivatives in (x, y) of the sector to those in (a, b).
+template <class V, int kOrder>
+HWY_INLINE LaneJet<V, kOrder> in_sector(const RingTables& t, V a, V b,
+                                        LaneJet<V, kOrder> jet) {
+    LaneJet<V, kOrder> r = jet;
+    if constexpr (kOrder > 0) {
+        const V x_ab = V::of(t.x_ab), x_a = mul_add(b, x_ab, V::of(t.x_a)),
+                x_b = mul_add(a, x_ab, V::of(t.x_a)), y_b = V::of(t.y_b);
+        const V along = jet.c[1], across = jet.c[2] * y_b;
+        r.c[1] = mul_sub(x_a, along, across);
+        r.c[2] = mul_add(x_b, along, across);
+        if constexpr (kOrder > 1) {
+            const V xx = jet.c[3], xy = jet.c[4] * y_b, yy = jet.c[5] * (y_b * y_b);
+            r.c[3] = mul_add(x_a, mul_sub(x_a, xx, xy + xy), yy);
+            r.c[4] =
+                mul_add(x_ab, along, mul_add(x_a * x_b, xx, mul_sub(x_a - x_b, xy, yy)));
+            r.c[5] = mul_add(x_b, mul_add(x_b, xx, xy + xy), yy);
+        }
+    }
+    return r;
+}
+
 /// W of a ring, in xi and eta: see RingTables::quotient.
 template <int kOrder>
 HWY_INLINE LaneJet<P8, kOrder> ring_total(const RingTables& t, P8 xi, P8 eta) {
@@ -320,16 +342,15 @@ HWY_INLINE Ribbons<kOrder> ring_ribbons(const RingTables& t, const DomainPoint& 
     const int first = t.n - p.sector;
     const P8 l = distances<P8, 0>(t, first, p.a, p.b).c[0], a = P8::of(p.a),
              b = P8::of(p.b), xi = l - P8::of(t.centre),
-             eta = mul_add(mul_add(b, P8::load(t.eta_ab.at(first)),
-                                   P8::load(t.eta_a.at(first))),
-                           a, b * P8::load(t.eta_b.at(first)));
+             eta = mul_add(
+                 mul_add(b, P8::load(t.eta_ab.at(first)), P8::load(t.eta_a.at(first))), a,
+                 b * P8::load(t.eta_b.at(first)));
     const auto total = ring_total<kOrder>(t, xi, eta);
     const P8 of_total = P8::of(1 / first_lane(total.c[0]));
     const auto load = [&](const detail::SideTable& table)
                           OSDX_LAMBDA { return P8::load(table.at(first)); };
-    r.h =
-        RingH<kOrder>::of(t, l, xi, eta, total, of_total, load(t.distance_x),
-                          load(t.distance_y), load(t.slope_x), load(t.slope_y));
+    r.h = RingH<kOrder>::of(t, l, xi, eta, total, of_total, load(t.distance_x),
+                            load(t.distance_y), load(t.slope_x), load(t.slope_y));
     set_lanes<kOrder>(t, first, l, r);
     return r;
 }

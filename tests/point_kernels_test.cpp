@@ -57,11 +57,13 @@ struct Net {
     std::vector<Index> points;
     std::vector<T> values;
 
-    Net(int n_points, int n_channels) : stride(n_channels), points(n_points) {
+    /// \param n_more  values that follow
+    Net(int n_points, int n_channels, int n_more = 0)
+        : stride(n_channels), points(n_points) {
         std::iota(points.begin(), points.end(), Index(0));
         std::mt19937 engine(2);
         std::ranges::shuffle(points, engine);
-        for (int i = 0; i < n_points * stride; ++i)
+        for (int i = 0; i < n_points * stride + n_more; ++i)
             values.push_back(static_cast<T>(double(engine()) / 2147483648.0 - 1));
     }
     detail::PointSum<T> sum() const {
@@ -160,6 +162,7 @@ int check_class(const PatchClass& c) {
     n += check<0>(basis, Net<T>(c.n_points(), 3));
     n += check<1>(basis, Net<T>(c.n_points(), 1));
     n += check<1>(basis, Net<T>(c.n_points(), 3));
+    n += check<1>(basis, Net<T>(c.n_points(), 3, 8));
     n += check<2>(basis, Net<T>(c.n_points(), 5));
     return n;
 }
