@@ -137,6 +137,9 @@ template <int Order>
 void all_weights(const PatchBasis& basis, const PatchPoint& where, Chart chart,
                  std::span<double> out) noexcept {
     using J = Jet<double, Order>;
+    if (basis.weights({static_cast<int>(where.sector), where.a, where.b}, chart, Order,
+                      turn_of(where, chart), out))
+        return;
     constexpr int kDerivatives = n_derivatives(Order);
     const std::size_t n = out.size() / kDerivatives;
     std::ranges::fill(out, 0.0);

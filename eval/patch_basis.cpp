@@ -324,6 +324,15 @@ bool PatchBasis::sum_at_border(const DomainPoint& p, Chart chart, int order,
     return true;
 }
 
+namespace {
+
+detail::PointFrame frame_of(Chart chart) noexcept {
+    return chart == Chart::Native ? detail::PointFrame::Native
+                                  : detail::PointFrame::BaseUV;
+}
+
+}  // namespace
+
 template <class T>
 bool PatchBasis::sum(const DomainPoint& p, Chart chart, int order, detail::ChartTurn turn,
                      const detail::PointSum<T>& what,
@@ -337,9 +346,7 @@ bool PatchBasis::sum(const DomainPoint& p, Chart chart, int order, detail::Chart
         return false;
     if (class_.border != PatchBorder::None)
         return sum_at_border(p, chart, order, turn, what, out);
-    const auto frame =
-        chart == Chart::Native ? detail::PointFrame::Native : detail::PointFrame::BaseUV;
-    kernels.polygon(*ring_, class_.kind, p, order, frame, turn, what, out);
+    kernels.polygon(*ring_, class_.kind, p, order, frame_of(chart), turn, what, out);
     return true;
 }
 
@@ -349,6 +356,17 @@ template bool PatchBasis::sum<float>(const DomainPoint&, Chart, int, detail::Cha
 template bool PatchBasis::sum<double>(const DomainPoint&, Chart, int, detail::ChartTurn,
                                       const detail::PointSum<double>&,
                                       detail::PointJet&) const noexcept;
+
+bool PatchBasis::weights(const DomainPoint& p, Chart chart, int order,
+                         detail::ChartTurn turn, std::span<double> out) const noexcept {
+    const auto& kernels = std::get<detail::PointKernels<double>>(kernels_);
+    if (!ring_ || !ring_->is_ring() || class_.border != PatchBorder::None ||
+        !kernels.ring_weights || 2 - p.a - p.b < kCorner)
+        return false;
+    kernels.ring_weights(*ring_, class_.kind, p, order, frame_of(chart), turn,
+                         out.data());
+    return true;
+}
 
 bool PatchBasis::has_many() const noexcept {
     const auto& kernels = std::get<detail::PointKernels<double>>(kernels_);

@@ -106,6 +106,10 @@ public:
     bool sum(const DomainPoint& p, Chart chart, int order, detail::ChartTurn turn,
              const detail::PointSum<T>& what, detail::PointJet& out) const noexcept;
 
+    /// The weights themselves, likewise: derivative r of point i is out[r n_points + i].
+    bool weights(const DomainPoint& p, Chart chart, int order, detail::ChartTurn turn,
+                 std::span<double> out) const noexcept;
+
     /// Whether there is a kernel for some places at once: for the class, and for a place.
     bool has_many() const noexcept;
     bool is_of_many(const DomainPoint& p) const noexcept {

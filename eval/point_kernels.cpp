@@ -444,6 +444,20 @@ HWY_NOINLINE void with_copy(const PointSum<T>& sum, int n, Take&& take) {
     take(PointSum<T>{values, std::size_t(to - values), detail::kSumChannels, points});
 }
 
+/// From derivatives in (x, y) of the sector to those in other variables, turned.
+template <class V, int kOrder>
+HWY_INLINE LaneJet<V, kOrder> in_frame(const RingTables& t, const DomainPoint& p,
+                                       PointFrame frame, ChartTurn turn,
+                                       LaneJet<V, kOrder> jet) {
+    if (frame == PointFrame::BaseUV) {
+        jet = in_sector(t, V::of(p.a), V::of(p.b), jet);
+    } else if (frame == PointFrame::Native) {
+        const auto at = t.sector_turn[p.sector];
+        jet = turned(V::of(at.x), V::of(-at.y), jet);
+    }
+    return turned(V::of(turn.cos), V::of(turn.sin), jet);
+}
+
 template <int kOrder, class T>
 void polygon_sum(const RingTables& t, PatchKind kind, const DomainPoint& p,
                  PointFrame frame, ChartTurn turn, const PointSum<T>& points,
@@ -468,14 +482,8 @@ void polygon_sum(const RingTables& t, PatchKind kind, const DomainPoint& p,
     const auto total = Points::template total<kOrder>(sum);
     constexpr std::int64_t kLast[] = {3, 3, 3, 3};
     const auto one = permute(total, kLast);
-    auto jet = derivatives(quotient(total, one, Quad::of(1) / one.c[0]));
-    if (frame == PointFrame::BaseUV) {
-        jet = in_sector(t, Quad::of(p.a), Quad::of(p.b), jet);
-    } else if (frame == PointFrame::Native) {
-        const auto at = t.sector_turn[p.sector];
-        jet = turned(Quad::of(at.x), Quad::of(-at.y), jet);
-    }
-    put(turned(Quad::of(turn.cos), Quad::of(turn.sin), jet), out);
+    const auto jet = derivatives(quotient(total, one, Quad::of(1) / one.c[0]));
+    put(in_frame(t, p, frame, turn, jet), out);
 }
 
 template <class T>
@@ -489,6 +497,69 @@ void polygon_sum_of_order(const RingTables& t, PatchKind kind, const DomainPoint
             return polygon_sum<1>(t, kind, p, frame, turn, sum, out);
         default:
             return polygon_sum<2>(t, kind, p, frame, turn, sum, out);
+    }
+}
+
+/// The weights of all points of a ring.
+template <int kOrder>
+void all_ring_weights(const RingTables& t, PatchKind kind, const DomainPoint& p,
+                      PointFrame frame, ChartTurn turn, double* out) {
+    using J = LaneJet<P8, kOrder>;
+    Weights weights;
+    ring_weights<kOrder>(t, kind, p, weights);
+    const bool is_ev = kind == PatchKind::EV;
+    const int d1 = t.degree - 1, n_spoke = is_ev ? d1 : 0,
+              n_inner = is_ev ? d1 * d1 : t.degree * t.degree,
+              first_inner = is_ev + t.n * n_spoke;
+    double ordered[J::kSize][detail::kMostManyPoints + kLanes];
+    LaneJet<double, kOrder> sum;
+    for (int r = 0; r < J::kSize; ++r) {
+        double* const to = ordered[r];
+        to[0] = 0;
+        for (int m = 0; m < t.n; ++m) {
+            const double* from = weights.values + r * kLanes + m;
+            const auto next = [&] {
+                const double w = *from;
+                from += J::kSize * kLanes;
+                return w;
+            };
+            for (int k = 0; k < n_inner; ++k)
+                to[first_inner + m * n_inner + k] = next();
+            for (int k = 0; k < n_spoke; ++k)
+                to[1 + m * n_spoke + k] = next();
+            if (is_ev)
+                to[0] += next();
+        }
+        std::fill_n(to + t.n_points, kLanes, 0.0);
+        P8 lanes = P8::zero();
+        for (int i = 0; i < t.n_points; i += kLanes)
+            lanes = lanes + P8::load(to + i);
+        sum.c[r] = sum_of_lanes(lanes);
+    }
+    const P8 of_sum = P8::of(1 / sum.c[0]);
+    for (int i = 0; i < t.n_points; i += kLanes) {
+        J w;
+        for (int r = 0; r < J::kSize; ++r)
+            w.c[r] = P8::load(ordered[r] + i);
+        w = in_frame(t, p, frame, turn, derivatives(quotient(w, J::same(sum), of_sum)));
+        for (int r = 0; r < J::kSize; ++r) {
+            double lanes[kLanes];
+            w.c[r].store(lanes);
+            std::copy_n(lanes, std::min(kLanes, t.n_points - i),
+                        out + r * t.n_points + i);
+        }
+    }
+}
+
+void all_ring_weights_of_order(const RingTables& t, PatchKind kind, const DomainPoint& p,
+                               int order, PointFrame frame, ChartTurn turn, double* out) {
+    switch (order) {
+        case 0:
+            return all_ring_weights<0>(t, kind, p, frame, turn, out);
+        case 1:
+            return all_ring_weights<1>(t, kind, p, frame, turn, out);
+        default:
+            return all_ring_weights<2>(t, kind, p, frame, turn, out);
     }
 }
 
@@ -547,9 +618,11 @@ void set_kernels(detail::PointKernels<T>& kernels) {
     kernels.regular = &regular_of_any<T>;
     kernels.regular_points = &regular_points_of_any;
     kernels.polygon = nullptr;
+    kernels.ring_weights = nullptr;
     kernels.ring_points = nullptr;
     if constexpr (kHasPolygons) {
         kernels.polygon = &polygon_sum_of_order<T>;
+        kernels.ring_weights = &all_ring_weights_of_order;
         kernels.ring_points = &ring_points_of_any;
     }
 }

@@ -70,7 +70,12 @@ struct PointKernels {
                     int order, PointFrame frame, ChartTurn turn, const PointSum<T>& sum,
                     PointJet& out);
 
-    /// The same at some places of a ring at once. Null where `polygon` is.
+    /// The weights of such a patch that is a ring: derivative r of point i in
+    /// out[r n_points + i]. Null where `polygon` is.
+    void (*ring_weights)(const RingTables& tables, PatchKind kind, const DomainPoint& p,
+                         int order, PointFrame frame, ChartTurn turn, double* out);
+
+    /// The same as `polygon` at some places of a ring at once. Null where that is.
     /// \param net  x, y, z of the control points
     void (*ring_points)(const RingTables& tables, PatchKind kind, const double* net,
                         const PointPlaces& at, Chart chart, int order, PointJets& out);

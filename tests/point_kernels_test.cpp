@@ -196,6 +196,67 @@ TYPED_TEST(PointKernels, PatchesOfNSidesEqualTheirWeights) {
     EXPECT_EQ(n_checked > 0, wide);
 }
 
+/// All weights of a ring at once.
+template <int Order>
+int check_ring_weights(const PatchBasis& basis) {
+    using J = Jet<double, Order>;
+    const PatchClass& c = basis.patch_class();
+    const std::size_t n = static_cast<std::size_t>(c.n_points());
+    int n_checked = 0;
+    for (const DomainPoint& p : domain_points(c)) {
+        for (const Chart chart : {Chart::BaseUV, Chart::Native}) {
+            std::vector<double> out(J::kSize * n, -1.0);
+            if (jumps<Order>(c, p) || !basis.weights(p, chart, Order, {}, out))
+                continue;
+            ++n_checked;
+            std::vector<J> expected(n);
+            const J f = basis.for_each_weight<Order>(
+                p, chart, [&](Index i, const J& w) { expected[i] += w; });
+            for (int r = 0; r < J::kSize; ++r) {
+                const double tolerance = 64 * std::numeric_limits<double>::epsilon() *
+                                         scale(c, p, r > 2 ? 2 : r > 0);
+                double sum = 0;
+                for (std::size_t i = 0; i < n; ++i) {
+                    EXPECT_NEAR(out[r * n + i],
+                                (expected[i] / f).c[r] * (r == 3 || r == 5 ? 2 : 1),
+                                tolerance)
+                        << testing::PrintToString(c) << " point " << i << " derivative "
+                        << r;
+                    sum += out[r * n + i];
+                }
+                EXPECT_NEAR(sum, r == 0, tolerance);
+            }
+        }
+    }
+    return n_checked;
+}
+
+TEST(RingWeights, EqualThoseOfEachPoint) {
+    int n_checked = 0;
+    for_each_target([&] {
+        for (const PatchKind kind : {PatchKind::EV, PatchKind::EF}) {
+            for (const int n : {3, 4, 5, 8}) {
+                for (const int d : {2, 3, 5}) {
+                    const PatchBasis basis({kind, d, n});
+                    n_checked += check_ring_weights<0>(basis) +
+                                 check_ring_weights<1>(basis) +
+                                 check_ring_weights<2>(basis);
+                }
+            }
+        }
+    });
+    const bool wide = (hwy::SupportedTargets() & (HWY_AVX2 | HWY_AVX3)) != 0;
+    EXPECT_EQ(n_checked > 0, wide);
+    // Elsewhere there is none.
+    double out[1];
+    EXPECT_FALSE(PatchBasis({PatchKind::Regular, 3, 4})
+                     .weights({0, 0.5, 0.5}, Chart::BaseUV, 0, {}, out));
+    EXPECT_FALSE(PatchBasis({PatchKind::EV, 3, 9})
+                     .weights({0, 0.5, 0.5}, Chart::BaseUV, 0, {}, out));
+    EXPECT_FALSE(
+        PatchBasis({PatchKind::EV, 3, 5}).weights({2, 1, 1}, Chart::BaseUV, 0, {}, out));
+}
+
 /// Places of any sectors at a time, the last few repeated.
 template <int Order>
 void check_many(const PatchBasis& basis, const Net<double>& net) {
