@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cstddef>
+#include <cstring>
 
 namespace osdx {
 namespace {
@@ -37,7 +39,7 @@ void turn_all(const detail::ChartTurn& turn,
     }
 }
 
-/// By the fast kernels, if there is one for the place: up to four channels.
+/// By the fast kernels, if there is one for the place: up to kSumChannels channels.
 template <class T>
 inline bool fast(const PatchBasis& basis, std::span<const Index> points,
                  std::span<const T> values, int n_channels, const PatchPoint& where,
@@ -88,11 +90,26 @@ void fill(SurfaceJet<T>& jet, Vector&& vector) noexcept {
     }
 }
 
+/// The same of a sum. Each vector is written in one go, with one value more than it has, so that
+/// it can be read in one at once; the next one follows, and zeros.
+template <int Order, class T>
+void put(const detail::PointJet& sums, SurfaceJet<T>& jet) noexcept {
+    static_assert(sizeof(jet) == 18 * sizeof(T));
+    constexpr int n = n_derivatives(Order);
+    std::byte* const out = reinterpret_cast<std::byte*>(&jet);
+    for (int r = 0; r < n; ++r) {
+        T v[4];
+        std::copy_n(sums.value[r], 4, v);
+        std::memcpy(out + r * sizeof(Vec3<T>), v, (r < 5 ? 4 : 3) * sizeof(T));
+    }
+    std::memset(out + n * sizeof(Vec3<T>), 0, (6 - n) * sizeof(Vec3<T>));
+}
+
 template <int Order, class T>
 void channels(const PatchBasis& basis, std::span<const Index> points,
               std::span<const T> values, int n_channels, const PatchPoint& where,
               Chart chart, std::span<T> out) noexcept {
-    constexpr int kBlock = 4;
+    constexpr int kBlock = detail::kSumChannels;
     for (int first = 0; first < n_channels; first += kBlock) {
         const int n = std::min(kBlock, n_channels - first);
         detail::PointJet sums;
@@ -120,6 +137,9 @@ template <int Order>
 void all_weights(const PatchBasis& basis, const PatchPoint& where, Chart chart,
                  std::span<double> out) noexcept {
     using J = Jet<double, Order>;
+    if (basis.weights({static_cast<int>(where.sector), where.a, where.b}, chart, Order,
+                      turn_of(where, chart), out))
+        return;
     constexpr int kDerivatives = n_derivatives(Order);
     const std::size_t n = out.size() / kDerivatives;
     std::ranges::fill(out, 0.0);
@@ -163,12 +183,7 @@ SurfaceJet<T> Evaluator::evaluate(std::span<const Vec3<T>> points,
     if (fast<T>(bases_[patch.patch_class], patch.points,
                 std::span(&points.data()->x, 3 * points.size()), 3, where, Order, chart,
                 sums)) {
-        const auto vector = [&](int r) {
-            T v[4];  // one more than is used, and so in one go
-            std::copy_n(sums.value[r], 4, v);
-            return Vec3<T>(v[0], v[1], v[2]);
-        };
-        fill<Order>(jet, vector);
+        put<Order>(sums, jet);
         return jet;
     }
     const auto block = evaluate_block<Order, 3>(

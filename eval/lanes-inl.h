@@ -37,13 +37,56 @@ struct Pack<kN, true> {
     HWY_INLINE static Pack load(const float* from) {
         return {hn::PromoteTo(D(), hn::LoadU(hn::Rebind<float, D>(), from))};
     }
-    HWY_INLINE void store(double* to) const { hn::StoreU(v, D(), to); }
+    /// from[0] from[1] from[0] from[1] ..
+    HWY_INLINE static Pack load_pairs(const double* from) {
+        return {hn::LoadDup128(D(), from)};
+    }
+    /// a b a b ..
+    HWY_INLINE static Pack alternating(double a, double b) {
+        return {hn::OddEven(hn::Set(D(), b), hn::Set(D(), a))};
+    }
+    /// a[0] b[0] a[1] b[1] .., of kN values each that can be read.
+    template <class T>
+    HWY_INLINE static Pack load_alternating(const T* a, const T* b) {
+#if HWY_TARGET <= HWY_AVX3
+        if constexpr (kN == 8 && sizeof(T) == 4) {
+            const hn::Rebind<T, D> d;
+            const auto order = _mm256_setr_epi32(0, 8, 1, 9, 2, 10, 3, 11);
+            return {hn::PromoteTo(D(),
+                                  hn::Vec<decltype(d)>{_mm256_permutex2var_ps(
+                                      hn::LoadU(d, a).raw, order, hn::LoadU(d, b).raw)})};
+        } else if constexpr (kN == 8) {
+            const auto order = _mm512_setr_epi64(0, 8, 1, 9, 2, 10, 3, 11);
+            return {hn::Vec<D> {
+                _mm512_permutex2var_pd(hn::LoadU(D(), a).raw, order,
+                                       hn::LoadU(D(), b).raw)
+            }};
+        }
+#endif
+        T both[kN];
+        for (int i = 0; i < kN; ++i)
+            both[i] = (i % 2 == 0 ? a : b)[i / 2];
+        return load(both);
+    }
+    HWY_INLINE void store(double* to) const {
+        hn::StoreU(v, D(), to);
+    }
 
-    friend HWY_INLINE Pack operator+(Pack a, Pack b) { return {hn::Add(a.v, b.v)}; }
-    friend HWY_INLINE Pack operator-(Pack a, Pack b) { return {hn::Sub(a.v, b.v)}; }
-    friend HWY_INLINE Pack operator*(Pack a, Pack b) { return {hn::Mul(a.v, b.v)}; }
-    friend HWY_INLINE Pack operator/(Pack a, Pack b) { return {hn::Div(a.v, b.v)}; }
-    friend HWY_INLINE Pack operator-(Pack a) { return {hn::Neg(a.v)}; }
+    friend HWY_INLINE Pack operator+(Pack a, Pack b) {
+        return {hn::Add(a.v, b.v)};
+    }
+    friend HWY_INLINE Pack operator-(Pack a, Pack b) {
+        return {hn::Sub(a.v, b.v)};
+    }
+    friend HWY_INLINE Pack operator*(Pack a, Pack b) {
+        return {hn::Mul(a.v, b.v)};
+    }
+    friend HWY_INLINE Pack operator/(Pack a, Pack b) {
+        return {hn::Div(a.v, b.v)};
+    }
+    friend HWY_INLINE Pack operator-(Pack a) {
+        return {hn::Neg(a.v)};
+    }
     /// a b + c
     friend HWY_INLINE Pack mul_add(Pack a, Pack b, Pack c) {
         return {hn::MulAdd(a.v, b.v, c.v)};
@@ -89,26 +132,6 @@ struct Pack<kN, true> {
     }
     friend HWY_INLINE double sum_of_lanes(Pack a) {
         return hn::GetLane(hn::SumOfLanes(D(), a.v));
-    }
-    /// The sums of the lanes of a and of b.
-    friend HWY_INLINE void sum_lanes_of_two(Pack a, Pack b, double* sum) {
-        if constexpr (kN >= 4) {
-            // Pairs of lanes a b a b ... Not all targets have these functions.
-            const auto pairs =
-                Add(InterleaveLower(D(), a.v, b.v), InterleaveUpper(D(), a.v, b.v));
-            const hn::Half<D> half;
-            const auto halves = Add(LowerHalf(half, pairs), UpperHalf(half, pairs));
-            if constexpr (kN == 8) {
-                const hn::Half<hn::Half<D>> quarter;
-                StoreU(Add(LowerHalf(quarter, halves), UpperHalf(quarter, halves)),
-                       quarter, sum);
-            } else {
-                StoreU(halves, half, sum);
-            }
-        } else {
-            sum[0] = sum_of_lanes(a);
-            sum[1] = sum_of_lanes(b);
-        }
     }
     /// Lane i of the result is lane index[i].
     friend HWY_INLINE Pack permute(Pack a, const std::int64_t* index) {
@@ -170,9 +193,6 @@ struct Pack<kN, false> {
                 if_at_least(x.hi, least.hi, yes.hi, no.hi)};
     }
     friend HWY_INLINE double sum_of_lanes(Pack a) { return sum_of_lanes(a.lo + a.hi); }
-    friend HWY_INLINE void sum_lanes_of_two(Pack a, Pack b, double* sum) {
-        sum_lanes_of_two(a.lo + a.hi, b.lo + b.hi, sum);
-    }
     friend HWY_INLINE Pack permute(Pack a, const std::int64_t* index) {
         alignas(64) double from[kN], to[kN];
         a.store(from);
@@ -182,14 +202,22 @@ struct Pack<kN, false> {
     }
 };
 
+/// The lanes of `last` from `first` on, before them those of a.
 template <int kN>
-HWY_INLINE Pack<4> first_four(Pack<kN> a) {
-    if constexpr (kN == 4)
-        return a;
-    else if constexpr (Pack<kN>::kParts == 1)
-        return {LowerHalf(a.v)};
+HWY_INLINE Pack<kN> last_from(int first, Pack<kN> last, Pack<kN> a) {
+    if constexpr (Pack<kN>::kParts == 1)
+        return {hn::IfThenElse(hn::FirstN(typename Pack<kN>::D(), first), a.v, last.v)};
     else
-        return a.lo;
+        return {last_from(first, last.lo, a.lo),
+                last_from(first - kN / 2, last.hi, a.hi)};
+}
+
+/// a_0 + a_1, a_2 + a_3 .. of eight in one register.
+template <int kN>
+HWY_INLINE Pack<kN / 2> sums_of_pairs(Pack<kN> a) {
+    constexpr std::int64_t kEven[] = {0, 2, 4, 6, 0, 2, 4, 6};
+    // Not all targets have these functions.
+    return {LowerHalf(permute(a + Pack<kN>{Shuffle01(a.v)}, kEven).v)};
 }
 
 HWY_INLINE double mul_add(double a, double b, double c) {
@@ -197,6 +225,11 @@ HWY_INLINE double mul_add(double a, double b, double c) {
 }
 HWY_INLINE double neg_mul_add(double a, double b, double c) {
     return c - a * b;
+}
+/// -a b
+template <int kN>
+HWY_INLINE Pack<kN> neg_mul(Pack<kN> a, Pack<kN> b) {
+    return neg_mul_add(a, b, Pack<kN>::zero());
 }
 
 template <int kN>
@@ -329,6 +362,24 @@ struct LaneJet {
     }
 };
 
+/// Derivatives in variables that are turned against others.
+template <class V, int kOrder>
+HWY_INLINE LaneJet<V, kOrder> turned(V cos, V sin, LaneJet<V, kOrder> jet) {
+    LaneJet<V, kOrder> r = jet;
+    if constexpr (kOrder > 0) {
+        r.c[1] = mul_add(cos, jet.c[1], sin * jet.c[2]);
+        r.c[2] = mul_sub(cos, jet.c[2], sin * jet.c[1]);
+    }
+    if constexpr (kOrder > 1) {
+        const V cc = cos * cos, ss = sin * sin, cs = cos * sin,
+                twice = (cs + cs) * jet.c[4];
+        r.c[3] = mul_add(cc, jet.c[3], mul_add(ss, jet.c[5], twice));
+        r.c[4] = mul_add(cc - ss, jet.c[4], cs * (jet.c[5] - jet.c[3]));
+        r.c[5] = mul_add(ss, jet.c[3], mul_sub(cc, jet.c[5], twice));
+    }
+    return r;
+}
+
 /// Taylor coefficients of a function of one variable.
 template <class V, int kOrder>
 struct Taylor {
@@ -371,6 +422,20 @@ struct Inner {
         }
         return r;
     }
+    /// Of f(constant - x).
+    HWY_INLINE LaneJet<V, kOrder> compose_mirrored(Taylor<V, kOrder> f) const {
+        LaneJet<V, kOrder> r;
+        r.c[0] = f.c[0];
+        if constexpr (kOrder > 0) {
+            r.c[1] = neg_mul(f.c[1], c[1]);
+            r.c[2] = neg_mul(f.c[1], c[2]);
+        }
+        if constexpr (kOrder > 1) {
+            for (int k = 0; k < 3; ++k)
+                r.c[3 + k] = neg_mul_add(f.c[1], c[3 + k], f.c[2] * square[k]);
+        }
+        return r;
+    }
 };
 
 /// The same for f(x) times a factor: its products with the derivatives of x serve all f.
@@ -392,6 +457,26 @@ struct BlendedInner {
             r.first.c[3] = mul_add(x.c[3], f[0], x.c[1] * f[1]);
             r.first.c[4] = mul_add(x.c[4], f[0], mul_add(x.c[2], f[1], x.c[1] * f[2]));
             r.first.c[5] = mul_add(x.c[5], f[0], x.c[2] * f[2]);
+            for (int k = 0; k < 3; ++k)
+                r.second[k] = x.square[k] * f[0];
+        }
+        return r;
+    }
+    /// Of constant - x.
+    HWY_INLINE static BlendedInner of_mirrored(Inner<V, kOrder> x,
+                                               LaneJet<V, kOrder> factor) {
+        BlendedInner r;
+        r.factor = factor;
+        const auto& f = factor.c;
+        if constexpr (kOrder > 0) {
+            r.first.c[1] = neg_mul(x.c[1], f[0]);
+            r.first.c[2] = neg_mul(x.c[2], f[0]);
+        }
+        if constexpr (kOrder > 1) {
+            r.first.c[3] = neg_mul_add(x.c[3], f[0], neg_mul(x.c[1], f[1]));
+            r.first.c[4] = neg_mul_add(x.c[4], f[0],
+                                       neg_mul_add(x.c[2], f[1], neg_mul(x.c[1], f[2])));
+            r.first.c[5] = neg_mul_add(x.c[5], f[0], neg_mul(x.c[2], f[2]));
             for (int k = 0; k < 3; ++k)
                 r.second[k] = x.square[k] * f[0];
         }

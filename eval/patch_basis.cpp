@@ -216,18 +216,18 @@ template <int Order>
 void PatchBasis::border_sum(const DomainPoint& p, Chart chart, detail::ChartTurn turn,
                             std::span<const double> net,
                             detail::PointJet& out) const noexcept {
-    using Channels = std::array<J<Order>, 4>;
+    using Channels = std::array<J<Order>, detail::kSumChannels>;
     const detail::RingTables& ring = *ring_;
     // S without what is done at borders, at a place that moves by (x, y) of its sector.
     const auto surface = [&](const DomainPoint& q, J<Order> x, J<Order> y) {
         detail::PointJet s;
         std::get<detail::PointKernels<double>>(kernels_).polygon(
-            ring, class_.kind, q, Order, {},
+            ring, class_.kind, q, Order, detail::PointFrame::Sector, {},
             {net.data(), net.size(), 4, net_indices_.data()}, s);
         x.c[0] = y.c[0] = 0;
         const J<Order> xx = 0.5 * (x * x), xy = x * y, yy = 0.5 * (y * y);
         Channels r;
-        for (int c = 0; c < 4; ++c) {
+        for (int c = 0; c < detail::kSumChannels; ++c) {
             r[c] = J<Order>(s.value[0][c]);
             if constexpr (Order > 0)
                 r[c] += s.value[1][c] * x + s.value[2][c] * y;
@@ -260,7 +260,7 @@ void PatchBasis::border_sum(const DomainPoint& p, Chart chart, detail::ChartTurn
         J<Order> b = one;
         for (int k = 0; k < n_; ++k)
             b = b * power<Order>(domain.distance(k) * inverse);
-        for (int c = 0; c < 4; ++c)
+        for (int c = 0; c < detail::kSumChannels; ++c)
             r[c] += (extra[c] - extra[4 + c]) * b;
     }
     const int n_axes = class_.border == PatchBorder::Pinned ? 2 : int(class_.is_open());
@@ -277,15 +277,15 @@ void PatchBasis::border_sum(const DomainPoint& p, Chart chart, detail::ChartTurn
                                     on_axis.h(cyclic(axis * class_.n_sectors + n_ / 2))),
             [&](int j, const J<Order>& w) {
                 const double* point = extra + 4 * (axis * columns_ + j);
-                for (int c = 0; c < 4; ++c)
+                for (int c = 0; c < detail::kSumChannels; ++c)
                     curve[c] += point[c] * w;
             });
-        for (int c = 0; c < 4; ++c)
+        for (int c = 0; c < detail::kSumChannels; ++c)
             r[c] += foot.weight * (curve[c] - s[c]);
     }
 
     const double u = turn.cos, v = turn.sin;
-    for (int c = 0; c < 4; ++c) {
+    for (int c = 0; c < detail::kSumChannels; ++c) {
         const auto& d = r[c].c;
         out.value[0][c] = d[0];
         if constexpr (Order > 0) {
@@ -307,6 +307,7 @@ bool PatchBasis::sum_at_border(const DomainPoint& p, Chart chart, int order,
                                detail::PointJet& out) const noexcept {
     if (net_indices_.size() > kMostNetPoints)
         return false;
+    out = {};
     double values[4 * kMostNetPoints];
     gather_net(what, values);
     const std::span<const double> net(values, 4 * net_indices_.size());
@@ -322,6 +323,15 @@ bool PatchBasis::sum_at_border(const DomainPoint& p, Chart chart, int order,
     }
     return true;
 }
+
+namespace {
+
+detail::PointFrame frame_of(Chart chart) noexcept {
+    return chart == Chart::Native ? detail::PointFrame::Native
+                                  : detail::PointFrame::BaseUV;
+}
+
+}  // namespace
 
 template <class T>
 bool PatchBasis::sum(const DomainPoint& p, Chart chart, int order, detail::ChartTurn turn,
@@ -340,20 +350,7 @@ bool PatchBasis::sum(const DomainPoint& p, Chart chart, int order, detail::Chart
         return false;
     if (class_.border != PatchBorder::None)
         return sum_at_border(p, chart, order, turn, what, out);
-    // The kernel's (x, y) are those of the sector: with (a, b), or turned with it.
-    const double c = turn.cos, s = turn.sin;
-    detail::ChartMap map;
-    if (chart == Chart::Native) {
-        const Vec2<double> at = ring_->sector_turn[p.sector];
-        map = {c * at.x + s * at.y, s * at.x - c * at.y, c * at.y - s * at.x,
-               s * at.y + c * at.x, 0};
-    } else {
-        const double x_ab = ring_->x_ab, x_a = ring_->x_a + p.b * x_ab,
-                     x_b = ring_->x_a + p.a * x_ab;
-        map = {c * x_a + s * x_b, (s - c) * ring_->y_b, c * x_b - s * x_a,
-               (s + c) * ring_->y_b, (c * c - s * s) * x_ab};
-    }
-    kernels.polygon(*ring_, class_.kind, p, order, map, what, out);
+    kernels.polygon(*ring_, class_.kind, p, order, frame_of(chart), turn, what, out);
     return true;
 }
 
@@ -363,6 +360,17 @@ template bool PatchBasis::sum<float>(const DomainPoint&, Chart, int, detail::Cha
 template bool PatchBasis::sum<double>(const DomainPoint&, Chart, int, detail::ChartTurn,
                                       const detail::PointSum<double>&,
                                       detail::PointJet&) const noexcept;
+
+bool PatchBasis::weights(const DomainPoint& p, Chart chart, int order,
+                         detail::ChartTurn turn, std::span<double> out) const noexcept {
+    const auto& kernels = std::get<detail::PointKernels<double>>(kernels_);
+    if (!ring_ || !ring_->is_ring() || class_.border != PatchBorder::None ||
+        !kernels.ring_weights || 2 - p.a - p.b < kCorner)
+        return false;
+    kernels.ring_weights(*ring_, class_.kind, p, order, frame_of(chart), turn,
+                         out.data());
+    return true;
+}
 
 bool PatchBasis::has_many() const noexcept {
     const auto& kernels = std::get<detail::PointKernels<double>>(kernels_);

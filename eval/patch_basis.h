@@ -97,13 +97,18 @@ public:
     SideParameters side_parameters(const DomainPoint& p) const;
 
     /// Derivatives up to an order of 0 to 2 of the sum of the control points' values times
-    /// their weights, by vectorised kernels: the same as by for_each_weight() up to rounding.
+    /// their weights, by vectorised kernels: the same as by for_each_weight() up to rounding. Of
+    /// kSumChannels channels.
     /// \return false where there is no such kernel
     ///
     /// \param turn  from (a, b), or (x, y), to the variables of the derivatives
     template <class T>
     bool sum(const DomainPoint& p, Chart chart, int order, detail::ChartTurn turn,
              const detail::PointSum<T>& what, detail::PointJet& out) const noexcept;
+
+    /// The weights themselves, likewise: derivative r of point i is out[r n_points + i].
+    bool weights(const DomainPoint& p, Chart chart, int order, detail::ChartTurn turn,
+                 std::span<double> out) const noexcept;
 
     /// Whether there is a kernel for some places at once: for the class, and for a place.
     bool has_many() const noexcept;

@@ -3,6 +3,8 @@
 
 #include "eval/point_kernels.h"
 
+#include <algorithm>
+
 #include "eval/targets.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -18,8 +20,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace osdx::HWY_NAMESPACE {
 
-using detail::ChartMap;
 using detail::ChartTurn;
+using detail::PointFrame;
 using detail::PointJet;
 using detail::PointJets;
 using detail::PointPlaces;
@@ -36,64 +38,71 @@ constexpr bool kHasPolygons = P8::kParts <= 2;
 
 /// Reads up to four channels of control points into the first lanes of V, of four lanes or more.
 /// In the others there may be anything.
-template <class V, class T>
+/// \tparam kChecked  whether points may lie at the end of all values, with less behind them than V
+///         holds
+template <class V, class T, bool kChecked = true>
 class PointReader {
 public:
     HWY_INLINE explicit PointReader(const PointSum<T>& sum)
         : values_(sum.values),
           n_values_(sum.n_values),
-          whole_end_(sum.n_values < V::kLanes ? 0 : sum.n_values - (V::kLanes - 1)),
+          whole_end_(whole_end(sum)),
           stride_(sum.stride) {}
 
     HWY_INLINE V operator()(Index point) const {
+        T last[V::kLanes];
+        return V::load(at(point, last));
+    }
+
+    /// Where a point can be read: those at the end of all values are copied to `last`.
+    HWY_INLINE const T* at(Index point, [[maybe_unused]] T* last) const {
         const std::size_t at = std::size_t(point) * stride_;
-        if (HWY_LIKELY(at < whole_end_))
-            return V::load(values_ + at);
-        T last[V::kLanes] = {};
-        for (std::size_t k = at; k < n_values_ && k < at + 4; ++k)
-            last[k - at] = values_[k];
-        return V::load(last);
+        if constexpr (kChecked) {
+            if (HWY_UNLIKELY(at >= whole_end_)) {
+                for (std::size_t k = 0; k < V::kLanes; ++k)
+                    last[k] = k < 4 && at + k < n_values_ ? values_[at + k] : T(0);
+                return last;
+            }
+        }
+        return values_ + at;
+    }
+
+    /// Whether none of n points is at the end.
+    HWY_INLINE static bool can_read(const PointSum<T>& sum, int n) {
+        if (sum.n_values < V::kLanes)
+            return false;
+        using D = hn::CappedTag<std::uint32_t, 16>;
+        const D d;
+        auto last = hn::Zero(d);
+        for (int i = 0; i < n; i += int(hn::Lanes(d)))
+            last = hn::Max(last, hn::MaskedLoad(hn::FirstN(d, n - i), d, sum.points + i));
+        const std::size_t end = (sum.n_values - V::kLanes) / sum.stride + 1;
+        return hn::AllTrue(d, hn::Lt(last, hn::Set(d, std::uint32_t(end))));
     }
 
 private:
+    HWY_INLINE static std::size_t whole_end(const PointSum<T>& sum) {
+        return sum.n_values < V::kLanes ? 0 : sum.n_values - (V::kLanes - 1);
+    }
+
     const T* values_;
     std::size_t n_values_, whole_end_, stride_;
 };
 
-/// From Taylor coefficients in the kernel's variables to those in the ones that are asked for.
-template <class V, int kOrder>
-HWY_INLINE LaneJet<V, kOrder> mapped(const ChartMap& m, LaneJet<V, kOrder> jet) {
-    LaneJet<V, kOrder> r;
-    r.c[0] = jet.c[0];
-    if constexpr (kOrder > 0) {
-        const V x = jet.c[1], y = jet.c[2];
-        r.c[1] = mul_add(number<V>(m.x_u), x, number<V>(m.y_u) * y);
-        r.c[2] = mul_add(number<V>(m.x_v), x, number<V>(m.y_v) * y);
-        if constexpr (kOrder > 1) {
-            const auto second = [&](double xx, double xy, double yy) OSDX_LAMBDA {
-                return mul_add(
-                    number<V>(xx), jet.c[3],
-                    mul_add(number<V>(xy), jet.c[4], number<V>(yy) * jet.c[5]));
-            };
-            r.c[3] = second(m.x_u * m.x_u, m.x_u * m.y_u, m.y_u * m.y_u);
-            r.c[4] = mul_add(number<V>(m.x_uv), x,
-                             second(2 * m.x_u * m.x_v, m.x_u * m.y_v + m.y_u * m.x_v,
-                                    2 * m.y_u * m.y_v));
-            r.c[5] = second(m.x_v * m.x_v, m.x_v * m.y_v, m.y_v * m.y_v);
-        }
-    }
-    return r;
-}
-
 /// From Taylor coefficients to derivatives.
 template <class V, int kOrder>
-HWY_INLINE void put(LaneJet<V, kOrder> jet, PointJet& out) {
+HWY_INLINE LaneJet<V, kOrder> derivatives(LaneJet<V, kOrder> jet) {
     if constexpr (kOrder > 1) {
         jet.c[3] = jet.c[3] + jet.c[3];
         jet.c[5] = jet.c[5] + jet.c[5];
     }
-    for (int r = 0; r < jet.kSize; ++r)
-        first_four(jet.c[r]).store(out.value[r]);
+    return jet;
+}
+
+template <int kOrder>
+HWY_INLINE void put(LaneJet<Quad, kOrder> derivatives, PointJet& out) {
+    for (int r = 0; r < derivatives.kSize; ++r)
+        derivatives.c[r].store(out.value[r]);
 }
 
 // ------------------------------------------------------------------ regular patches
@@ -148,8 +157,7 @@ void regular(const TaylorRows& taylor, int degree, double s, double t, ChartTurn
                 jet.c[c] = mul_add(Quad::of(along_t[y][k]), row[m - y], jet.c[c]);
         }
     }
-    const double c = turn.cos, s_ = turn.sin;
-    put(mapped<Quad, kOrder>({c, s_, -s_, c, 0}, jet), out);
+    put(turned(Quad::of(turn.cos), Quad::of(turn.sin), derivatives(jet)), out);
 }
 
 template <class T>
@@ -200,24 +208,6 @@ HWY_INLINE void uniform_bases(const TaylorRows& taylor, int degree, P8 u,
     }
 }
 
-/// From derivatives in (s, t) to those in variables that are turned against them.
-template <int kOrder>
-HWY_INLINE LaneJet<P8, kOrder> turned(P8 cos, P8 sin, LaneJet<P8, kOrder> jet) {
-    LaneJet<P8, kOrder> r = jet;
-    if constexpr (kOrder > 0) {
-        r.c[1] = mul_add(cos, jet.c[1], sin * jet.c[2]);
-        r.c[2] = mul_sub(cos, jet.c[2], sin * jet.c[1]);
-    }
-    if constexpr (kOrder > 1) {
-        const P8 cc = cos * cos, ss = sin * sin, cs = cos * sin,
-                 twice = (cs + cs) * jet.c[4];
-        r.c[3] = mul_add(cc, jet.c[3], mul_add(ss, jet.c[5], twice));
-        r.c[4] = mul_add(cc - ss, jet.c[4], cs * (jet.c[5] - jet.c[3]));
-        r.c[5] = mul_add(ss, jet.c[3], mul_sub(cc, jet.c[5], twice));
-    }
-    return r;
-}
-
 template <int kDegree, int kOrder>
 void regular_points(const TaylorRows& taylor, int degree, const double* net,
                     const PointPlaces& at, PointJets& out) {
@@ -242,7 +232,7 @@ void regular_points(const TaylorRows& taylor, int degree, const double* net,
                     jet.c[r] = mul_add(along_t[y][k], row[m - y], jet.c[r]);
             }
         }
-        jet = turned<kOrder>(cos, sin, jet);
+        jet = turned(cos, sin, jet);
         for (int r = 0; r < jet.kSize; ++r)
             jet.c[r].store(out.value[r][c]);
     }
@@ -293,8 +283,9 @@ void gregory(double a, double b, ChartTurn turn, const PointSum<T>& sum, PointJe
                 sums[i].c[r] = mul_add(Quad::of(weights[k][r][i]), p, sums[i].c[r]);
         }
     }
-    const double c = turn.cos, s = turn.sin;
-    put(mapped<Quad, kOrder>({c, s, -s, c, 0}, sum_of_corners<Quad, kOrder>(sums)), out);
+    put(turned(Quad::of(turn.cos), Quad::of(turn.sin),
+               derivatives(sum_of_corners<Quad, kOrder>(sums))),
+        out);
 }
 
 template <class T>
@@ -332,12 +323,8 @@ void gregory_points(const double* net, const PointPlaces& at, PointJets& out) {
     }
     const P8 cos = P8::load(at.cos), sin = P8::load(at.sin);
     for (int c = 0; c < 3; ++c) {
-        J jet = sum_of_corners<P8, kOrder>(sums[c]);
-        if constexpr (kOrder > 1) {
-            jet.c[3] = jet.c[3] + jet.c[3];
-            jet.c[5] = jet.c[5] + jet.c[5];
-        }
-        jet = turned<kOrder>(cos, sin, jet);
+        const J jet =
+            turned(cos, sin, derivatives(sum_of_corners<P8, kOrder>(sums[c])));
         for (int r = 0; r < jet.kSize; ++r)
             jet.c[r].store(out.value[r][c]);
     }
@@ -357,35 +344,83 @@ void gregory_points_of_order(const double* net, const PointPlaces& at, int order
 
 // ------------------------------------------------------------------ patches of n sides
 
-/// Where ribbons fill a wide register a sum takes one, too, half of it in vain: while there are
-/// wide ones on their way, narrow ones have but one port to go through.
-using Wide = Pack<P8::kParts == 1 ? kLanes : 4>;
+/// Control points in lanes x, y, z, 1, so that the sum of the weights is beside the sums of
+/// weights times points, and constants come out as such. Where ribbons fill a wide register two
+/// points go into one, x x y y z z 1 1, and one load puts the weights of two sectors to them.
+/// \tparam kChecked  as of PointReader
+template <class T, bool kChecked, int kPoints = P8::kParts == 1 ? 2 : 1>
+class PolygonPoints {
+public:
+    static constexpr int kAtOnce = kPoints;
+    using V = Pack<4 * kAtOnce>;
+    using Reader = PointReader<V, T, kChecked>;
 
-/// The sums of weights times points, and of the weights alone, so that constants come out as
-/// such.
-template <int kOrder>
-struct PolygonSums {
-    LaneJet<Wide, kOrder> points;
-    LaneJet<double, kOrder> one;
+    HWY_INLINE explicit PolygonPoints(const PointSum<T>& sum) : read_(sum) {}
+
+    HWY_INLINE V operator()(Index a, [[maybe_unused]] Index b) const {
+        if constexpr (kAtOnce == 1) {
+            return last_from(3, V::of(1), read_(a));
+        } else {
+            T last_a[V::kLanes], last_b[V::kLanes];
+            return last_from(
+                6, V::of(1),
+                V::load_alternating(read_.at(a, last_a), read_.at(b, last_b)));
+        }
+    }
+    /// Zero in lanes of another point.
+    HWY_INLINE V operator()(Index a) const {
+        if constexpr (kAtOnce == 1) {
+            return (*this)(a, a);
+        } else {
+            constexpr T kZero[V::kLanes] = {};
+            constexpr double kOne[] = {0, 0, 0, 0, 0, 0, 1, 0};
+            T last[V::kLanes];
+            return last_from(6, V::load(kOne),
+                             V::load_alternating(read_.at(a, last), kZero));
+        }
+    }
+    /// The weights in lanes of one or two sectors.
+    HWY_INLINE static V weights(const double* w) {
+        if constexpr (kAtOnce == 1)
+            return V::of(*w);
+        else
+            return V::load_pairs(w);
+    }
+    /// The weights of two points of one sector.
+    HWY_INLINE static V weights(const double* a, const double* b) {
+        return V::alternating(*a, *b);
+    }
+    template <int kOrder>
+    HWY_INLINE static LaneJet<Quad, kOrder> total(LaneJet<V, kOrder> sums) {
+        LaneJet<Quad, kOrder> r;
+        for (int k = 0; k < r.kSize; ++k) {
+            if constexpr (kAtOnce == 1)
+                r.c[k] = sums.c[k];
+            else
+                r.c[k] = sums_of_pairs(sums.c[k]);
+        }
+        return r;
+    }
+
+private:
+    Reader read_;
 };
 
-template <int kOrder, class T>
-HWY_INLINE LaneJet<Wide, kOrder> added(LaneJet<Wide, kOrder> to, const double* w, int k,
-                                       PointReader<Wide, T> read, Index point) {
-    const Wide p = read(point);
+template <class Points, int kOrder, class V>
+HWY_INLINE LaneJet<V, kOrder> added(LaneJet<V, kOrder> to, const double* w, V point) {
     for (int r = 0; r < to.kSize; ++r)
-        to.c[r] = mul_add(Wide::of(w[(k * to.kSize + r) * kLanes]), p, to.c[r]);
+        to.c[r] = mul_add(Points::weights(w + r * kLanes), point, to.c[r]);
     return to;
 }
 
 /// Adds a block of weights times the points of the sectors start, start + 1, .. modulo n.
 /// \tparam kInner, kSpoke  points of each sector and spoke; or both are 0
-template <int kInner, int kSpoke, int kOrder, class T>
-HWY_INLINE PolygonSums<kOrder> with_block(PolygonSums<kOrder> sums, const RingTables& t,
-                                          bool is_ev, const Weights& weights,
-                                          const PointSum<T>& sum, int start) {
-    using Jet = LaneJet<Wide, kOrder>;
-    const PointReader<Wide, T> read(sum);
+template <class Points, int kInner, int kSpoke, int kOrder, class T, class V>
+HWY_INLINE LaneJet<V, kOrder> with_block(LaneJet<V, kOrder> sum, const RingTables& t,
+                                         bool is_ev, const Weights& weights,
+                                         const PointSum<T>& points, int start) {
+    using Jet = LaneJet<V, kOrder>;
+    const Points read(points);
     const int n = t.n, n_lanes = t.n_lanes(), d1 = t.degree - 1,
               n_spoke = kInner > 0 ? kSpoke
                         : is_ev    ? d1
@@ -393,104 +428,223 @@ HWY_INLINE PolygonSums<kOrder> with_block(PolygonSums<kOrder> sums, const RingTa
               n_inner = kInner > 0 ? kInner
                         : is_ev    ? d1 * d1
                                    : t.degree * t.degree;
-    const double* w = weights.values;
-    const Index *const spokes = sum.points + is_ev, *const sectors = spokes + n * n_spoke;
-    const Index *spoke = spokes + start * n_spoke, *inner = sectors + start * n_inner;
-    // Several sums, so that additions need not wait for each other.
-    Jet s0 = sums.points, s1 = Jet::zero(), s2 = s1, s3 = s1;
-    for (int m = 0, to_wrap = n - start; m < n_lanes; ++m, ++w) {
-        int k = 0;
-        for (; k + 4 <= n_inner; k += 4, inner += 4) {
-            s0 = added(s0, w, k, read, inner[0]);
-            s1 = added(s1, w, k + 1, read, inner[1]);
-            s2 = added(s2, w, k + 2, read, inner[2]);
-            s3 = added(s3, w, k + 3, read, inner[3]);
-        }
-        for (; k < n_inner; ++k)
-            s0 = added(s0, w, k, read, *inner++);
-        for (; k + 2 <= n_inner + n_spoke; k += 2, spoke += 2) {
-            s0 = added(s0, w, k, read, spoke[0]);
-            s1 = added(s1, w, k + 1, read, spoke[1]);
-        }
-        for (; k < n_inner + n_spoke; ++k)
-            s1 = added(s1, w, k, read, *spoke++);
-        if (--to_wrap == 0) {
-            spoke = spokes;
-            inner = sectors;
+    const Index *const spokes = points.points + is_ev, *const sectors =
+                                                           spokes + n * n_spoke;
+    // Two sums, so that additions need not wait for each other.
+    Jet even = sum, odd = Jet::zero();
+    const auto add_sectors = [&](int m) OSDX_LAMBDA {
+        const int first = start + m < n ? start + m : start + m - n,
+                  second = first + 1 < n ? first + 1 : 0;
+        const double* w = weights.values + m;
+        const auto add_points = [&](const Index* of_first, const Index* of_second,
+                                    int n_points) OSDX_LAMBDA {
+            int k = 0;
+            for (; k + 2 <= n_points; k += 2, w += 2 * Jet::kSize * kLanes) {
+                even = added<Points>(even, w, read(of_first[k], of_second[k]));
+                odd = added<Points>(odd, w + Jet::kSize * kLanes,
+                                    read(of_first[k + 1], of_second[k + 1]));
+            }
+            if (k < n_points) {
+                even = added<Points>(even, w, read(of_first[k], of_second[k]));
+                w += Jet::kSize * kLanes;
+            }
+        };
+        add_points(sectors + first * n_inner, sectors + second * n_inner, n_inner);
+        add_points(spokes + first * n_spoke, spokes + second * n_spoke, n_spoke);
+        if (is_ev)
+            odd = added<Points>(odd, w, read(points.points[0], points.points[0]));
+    };
+    int m = 0;
+    for (; m + Points::kAtOnce <= n_lanes; m += Points::kAtOnce)
+        add_sectors(m);
+    if constexpr (Points::kAtOnce == 2) {
+        if (m < n_lanes) {
+            // Two points of the sector that is left at a time.
+            constexpr int kStride = Jet::kSize * kLanes;
+            const int sector = start + m < n ? start + m : start + m - n;
+            const double* w = weights.values + m;
+            const auto point = [&](int k) OSDX_LAMBDA {
+                return k < n_inner             ? sectors[sector * n_inner + k]
+                       : k < n_inner + n_spoke ? spokes[sector * n_spoke + k - n_inner]
+                                               : points.points[0];
+            };
+            const int n_points = n_inner + n_spoke + is_ev;
+            int k = 0;
+            for (; k + 2 <= n_points; k += 2, w += 2 * kStride) {
+                const V p = read(point(k), point(k + 1));
+                for (int r = 0; r < Jet::kSize; ++r)
+                    even.c[r] =
+                        mul_add(Points::weights(w + r * kLanes, w + kStride + r * kLanes),
+                                p, even.c[r]);
+            }
+            if (k < n_points)  // the weights beside it are finite
+                odd = added<Points>(odd, w, read(point(k)));
         }
     }
-    sums.points = (s0 + s1) + (s2 + s3);
-    if (is_ev) {
-        const Wide vertex = read(sum.points[0]);
-        for (int r = 0; r < Jet::kSize; ++r)
-            sums.points.c[r] =
-                mul_add(Wide::of(weights.sum_and_vertex[r][1]), vertex, sums.points.c[r]);
-    }
-    for (int r = 0; r < Jet::kSize; ++r)
-        sums.one.c[r] += weights.sum_and_vertex[r][0];
-    return sums;
+    return even + odd;
 }
 
 /// The same for any degree, faster for cubic ones.
-template <int kOrder, class T>
-HWY_INLINE PolygonSums<kOrder> with_any_block(PolygonSums<kOrder> sums,
-                                              const RingTables& t, bool is_ev,
-                                              const Weights& weights,
-                                              const PointSum<T>& sum, int start) {
+template <class Points, int kOrder, class T, class V>
+HWY_INLINE LaneJet<V, kOrder> with_any_block(LaneJet<V, kOrder> sum, const RingTables& t,
+                                             bool is_ev, const Weights& weights,
+                                             const PointSum<T>& points, int start) {
     if (t.degree != 3)
-        return with_block<0, 0>(sums, t, is_ev, weights, sum, start);
+        return with_block<Points, 0, 0>(sum, t, is_ev, weights, points, start);
     if (is_ev)
-        return with_block<4, 2>(sums, t, true, weights, sum, start);
-    return with_block<9, 0>(sums, t, false, weights, sum, start);
+        return with_block<Points, 4, 2>(sum, t, true, weights, points, start);
+    return with_block<Points, 9, 0>(sum, t, false, weights, points, start);
 }
 
 /// Windows of weights on their way to sums.
 template <int kOrder, class T>
 struct WindowSink {
+    using Points = PolygonPoints<T, true>;
     const RingTables& tables;
     bool is_ev;
-    const PointSum<T>& sum;
-    PolygonSums<kOrder> sums;
+    const PointSum<T>& points;
+    LaneJet<typename Points::V, kOrder> sum;
 
     static void take(const WeightSink& sink, const Weights& weights, int start) {
         auto& self = *static_cast<WindowSink*>(sink.state);
-        self.sums =
-            with_any_block(self.sums, self.tables, self.is_ev, weights, self.sum, start);
+        self.sum = with_any_block<Points>(self.sum, self.tables, self.is_ev, weights,
+                                          self.points, start);
     }
 };
 
+/// Calls take(points) with a copy of the points of a ring that can be read at the end, too.
+template <class T, class Take>
+HWY_NOINLINE void with_copy(const PointSum<T>& sum, int n, Take&& take) {
+    T values[detail::kSumChannels * detail::kMostManyPoints + kLanes];
+    Index points[detail::kMostManyPoints];
+    T* to = values;
+    for (int i = 0; i < n; ++i) {
+        const std::size_t at = std::size_t(sum.points[i]) * sum.stride;
+        for (std::size_t k = at; k < at + detail::kSumChannels; ++k)
+            *to++ = k < sum.n_values ? sum.values[k] : T(0);
+        points[i] = Index(i);
+    }
+    std::fill_n(to, kLanes, T(0));
+    to += kLanes;
+    take(PointSum<T>{values, std::size_t(to - values), detail::kSumChannels, points});
+}
+
+/// From derivatives in (x, y) of the sector to those in other variables, turned.
+template <class V, int kOrder>
+HWY_INLINE LaneJet<V, kOrder> in_frame(const RingTables& t, const DomainPoint& p,
+                                       PointFrame frame, ChartTurn turn,
+                                       LaneJet<V, kOrder> jet) {
+    if (frame == PointFrame::BaseUV) {
+        jet = in_sector(t, V::of(p.a), V::of(p.b), jet);
+    } else if (frame == PointFrame::Native) {
+        const auto at = t.sector_turn[p.sector];
+        jet = turned(V::of(at.x), V::of(-at.y), jet);
+    }
+    return turned(V::of(turn.cos), V::of(turn.sin), jet);
+}
+
 template <int kOrder, class T>
 void polygon_sum(const RingTables& t, PatchKind kind, const DomainPoint& p,
-                 const ChartMap& map, const PointSum<T>& sum, PointJet& out) {
-    using Jet = LaneJet<Wide, kOrder>;
-    using S = LaneJet<double, kOrder>;
+                 PointFrame frame, ChartTurn turn, const PointSum<T>& points,
+                 PointJet& out) {
+    using Points = PolygonPoints<T, false>;
+    using Jet = LaneJet<typename Points::V, kOrder>;
     const bool is_ev = kind == PatchKind::EV;
-    PolygonSums<kOrder> sums{Jet::zero(), S::zero()};
+    Jet sum = Jet::zero();
     if (t.is_ring()) {
+        if (HWY_UNLIKELY(!Points::Reader::can_read(points, t.n_points)))
+            return with_copy(points, t.n_points, [&](const PointSum<T>& copy) {
+                polygon_sum<kOrder>(t, kind, p, frame, turn, copy, out);
+            });
         Weights weights;
         ring_weights<kOrder>(t, kind, p, weights);
-        sums = with_any_block(sums, t, is_ev, weights, sum, 0);
+        sum = with_any_block<Points>(sum, t, is_ev, weights, points, 0);
     } else {
-        WindowSink<kOrder, T> sink{t, is_ev, sum, sums};
+        WindowSink<kOrder, T> sink{t, is_ev, points, sum};
         window_weights<kOrder>(t, kind, p, {&sink.take, &sink});
-        sums = sink.sums;
+        sum = sink.sum;
     }
-    const Wide of_one = Wide::of(1 / sums.one.c[0]);
-    const S f = mapped<double, kOrder>(map, sums.one);
-    put(quotient(mapped<Wide, kOrder>(map, sums.points), Jet::same(f), of_one), out);
+    const auto total = Points::template total<kOrder>(sum);
+    constexpr std::int64_t kLast[] = {3, 3, 3, 3};
+    const auto one = permute(total, kLast);
+    const auto jet = derivatives(quotient(total, one, Quad::of(1) / one.c[0]));
+    put(in_frame(t, p, frame, turn, jet), out);
 }
 
 template <class T>
 void polygon_sum_of_order(const RingTables& t, PatchKind kind, const DomainPoint& p,
-                          int order, const ChartMap& map, const PointSum<T>& sum,
-                          PointJet& out) {
+                          int order, PointFrame frame, ChartTurn turn,
+                          const PointSum<T>& sum, PointJet& out) {
     switch (order) {
         case 0:
-            return polygon_sum<0>(t, kind, p, map, sum, out);
+            return polygon_sum<0>(t, kind, p, frame, turn, sum, out);
         case 1:
-            return polygon_sum<1>(t, kind, p, map, sum, out);
+            return polygon_sum<1>(t, kind, p, frame, turn, sum, out);
         default:
-            return polygon_sum<2>(t, kind, p, map, sum, out);
+            return polygon_sum<2>(t, kind, p, frame, turn, sum, out);
+    }
+}
+
+/// The weights of all points of a ring.
+template <int kOrder>
+void all_ring_weights(const RingTables& t, PatchKind kind, const DomainPoint& p,
+                      PointFrame frame, ChartTurn turn, double* out) {
+    using J = LaneJet<P8, kOrder>;
+    Weights weights;
+    ring_weights<kOrder>(t, kind, p, weights);
+    const bool is_ev = kind == PatchKind::EV;
+    const int d1 = t.degree - 1, n_spoke = is_ev ? d1 : 0,
+              n_inner = is_ev ? d1 * d1 : t.degree * t.degree,
+              first_inner = is_ev + t.n * n_spoke;
+    double ordered[J::kSize][detail::kMostManyPoints + kLanes];
+    LaneJet<double, kOrder> sum;
+    for (int r = 0; r < J::kSize; ++r) {
+        double* const to = ordered[r];
+        to[0] = 0;
+        for (int m = 0; m < t.n; ++m) {
+            const double* from = weights.values + r * kLanes + m;
+            const auto next = [&] {
+                const double w = *from;
+                from += J::kSize * kLanes;
+                return w;
+            };
+            for (int k = 0; k < n_inner; ++k)
+                to[first_inner + m * n_inner + k] = next();
+            for (int k = 0; k < n_spoke; ++k)
+                to[1 + m * n_spoke + k] = next();
+            if (is_ev)
+                to[0] += next();
+        }
+        std::fill_n(to + t.n_points, kLanes, 0.0);
+        P8 lanes = P8::zero();
+        for (int i = 0; i < t.n_points; i += kLanes)
+            lanes = lanes + P8::load(to + i);
+        sum.c[r] = sum_of_lanes(lanes);
+    }
+    const P8 of_sum = P8::of(1 / sum.c[0]);
+    for (int i = 0; i < t.n_points; i += kLanes) {
+        J w;
+        for (int r = 0; r < J::kSize; ++r)
+            w.c[r] = P8::load(ordered[r] + i);
+        w = in_frame(t, p, frame, turn, derivatives(quotient(w, J::same(sum), of_sum)));
+        for (int r = 0; r < J::kSize; ++r) {
+            double lanes[kLanes];
+            w.c[r].store(lanes);
+            std::copy_n(lanes, std::min(kLanes, t.n_points - i),
+                        out + r * t.n_points + i);
+        }
+    }
+}
+
+void all_ring_weights_of_order(const RingTables& t, PatchKind kind, const DomainPoint& p,
+                               int order, PointFrame frame, ChartTurn turn, double* out) {
+    switch (order) {
+        case 0:
+            return all_ring_weights<0>(t, kind, p, frame, turn, out);
+        case 1:
+            return all_ring_weights<1>(t, kind, p, frame, turn, out);
+        default:
+            return all_ring_weights<2>(t, kind, p, frame, turn, out);
     }
 }
 
@@ -512,14 +666,10 @@ void ring_points(const RingTables& t, const double* net, const PointPlaces& at,
     });
     const P8 of_one = inverse(one.c[0]), cos = P8::load(at.cos), sin = P8::load(at.sin);
     for (int c = 0; c < 3; ++c) {
-        J jet = quotient(sums[c], one, of_one);
-        if constexpr (kOrder > 1) {
-            jet.c[3] = jet.c[3] + jet.c[3];
-            jet.c[5] = jet.c[5] + jet.c[5];
-        }
+        J jet = derivatives(quotient(sums[c], one, of_one));
         if (chart == Chart::BaseUV)
             jet = places.in_sector(t, jet);
-        jet = turned<kOrder>(cos, sin, jet);
+        jet = turned(cos, sin, jet);
         for (int r = 0; r < jet.kSize; ++r)
             jet.c[r].store(out.value[r][c]);
     }
@@ -555,9 +705,11 @@ void set_kernels(detail::PointKernels<T>& kernels) {
     kernels.gregory = &gregory_of_order<T>;
     kernels.gregory_points = &gregory_points_of_order;
     kernels.polygon = nullptr;
+    kernels.ring_weights = nullptr;
     kernels.ring_points = nullptr;
     if constexpr (kHasPolygons) {
         kernels.polygon = &polygon_sum_of_order<T>;
+        kernels.ring_weights = &all_ring_weights_of_order;
         kernels.ring_points = &ring_points_of_any;
     }
 }

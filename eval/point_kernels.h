@@ -9,11 +9,8 @@
 
 namespace osdx::detail {
 
-/// From the variables (x, y) of a kernel to (u, v):
-/// d_u = x_u d_x + y_u d_y, d_v = x_v d_x + y_v d_y, and d_uv has x_uv d_x more.
-struct ChartMap {
-    double x_u = 1, y_u = 0, x_v = 0, y_v = 1, x_uv = 0;
-};
+/// The variables of derivatives: (x, y) of the sector, x running to its corner, or what Chart says.
+enum class PointFrame { Sector, Native, BaseUV };
 
 /// From (a, b) of a patch to (u, v), which are turned and scaled:
 /// d_u = cos d_a + sin d_b, d_v = cos d_b - sin d_a.
@@ -34,7 +31,10 @@ struct PointSum {
 /// The largest number of points of a patch that is evaluated at some places at once.
 inline constexpr int kMostManyPoints = kLanes * kMaxDegree * kMaxDegree;
 
-/// p, du, dv, duu, duv, dvv of up to four channels.
+/// Channels that are summed at a time.
+inline constexpr int kSumChannels = 3;
+
+/// p, du, dv, duu, duv, dvv of kSumChannels channels. What follows them may be anything.
 struct PointJet {
     double value[6][4];
 };
@@ -72,13 +72,18 @@ struct PointKernels {
     void (*gregory_points)(const double* net, const PointPlaces& at, int order,
                            PointJets& out);
 
-    /// EV and EF patches inside. The variables are those of RingTables. Null where the
-    /// machine's registers are too narrow.
+    /// EV and EF patches inside. Null where the machine's registers are too narrow.
+    /// \param turn  turns the variables of the frame
     void (*polygon)(const RingTables& tables, PatchKind kind, const DomainPoint& p,
-                    int order, const ChartMap& map, const PointSum<T>& sum,
+                    int order, PointFrame frame, ChartTurn turn, const PointSum<T>& sum,
                     PointJet& out);
 
-    /// The same at some places of a ring at once. Null where `polygon` is.
+    /// The weights of such a patch that is a ring: derivative r of point i in
+    /// out[r n_points + i]. Null where `polygon` is.
+    void (*ring_weights)(const RingTables& tables, PatchKind kind, const DomainPoint& p,
+                         int order, PointFrame frame, ChartTurn turn, double* out);
+
+    /// The same as `polygon` at some places of a ring at once. Null where that is.
     /// \param net  x, y, z of the control points
     void (*ring_points)(const RingTables& tables, PatchKind kind, const double* net,
                         const PointPlaces& at, Chart chart, int order, PointJets& out);

@@ -45,6 +45,7 @@ RingTables::RingTables(const PatchClass& patch_class, const Polygon& polygon)
     : n(polygon.n()),
       degree(patch_class.degree),
       n_points(patch_class.n_points()),
+      n_intervals(degree - (patch_class.kind == PatchKind::EV)),
       centre(polygon.centre_distance()),
       sine(std::sin(std::numbers::pi / n)),
       x_a(centre * centre),
@@ -63,15 +64,25 @@ RingTables::RingTables(const PatchClass& patch_class, const Polygon& polygon)
             }),
       distance_x(n, [&](int k) { return -polygon.normal(k).x; }),
       distance_y(n, [&](int k) { return -polygon.normal(k).y; }),
-      sum_value(4 * centre * sine * sine),
-      sum_slope(2 * std::cos(2 * std::numbers::pi / n)),
-      around_x(n, [&](int k) { return -sum_slope * polygon.normal(k).x; }),
-      around_y(n, [&](int k) { return -sum_slope * polygon.normal(k).y; }),
-      power_slope(degree),
-      power_bend(0.5 * degree * (degree - 1)),
+      slope_x(n, [&](int k) { return -degree * polygon.normal(k).x; }),
+      slope_y(n, [&](int k) { return -degree * polygon.normal(k).y; }),
+      eta_a(n,
+            [&](int k) {
+                return -(x_a * polygon.normal(k).y + y_b * polygon.normal(k).x);
+            }),
+      eta_b(n,
+            [&](int k) { return y_b * polygon.normal(k).x - x_a * polygon.normal(k).y; }),
+      eta_ab(n, [&](int k) { return -x_ab * polygon.normal(k).y; }),
+      sum_value(4 * centre * sine * sine / n_intervals),
+      sum_slope(2 * std::cos(2 * std::numbers::pi / n) / n_intervals),
+      around_x(n, [&](int k) { return -degree * sum_slope * polygon.normal(k).x; }),
+      around_y(n, [&](int k) { return -degree * sum_slope * polygon.normal(k).y; }),
+      of_degree(1.0 / degree),
+      power_bend(0.5 * (degree - 1) / degree),
       far_weight(n, [&](int j) { return far(j); }),
       is_far(n, [](int k) { return k > 1 ? 1.0 : 0.0; }),
       near_weight{near_table(-1), near_table(0), near_table(1)} {
+    one.fill(1);
     for (int m = 0; m < kLanes; ++m) {
         const int period = is_ring() ? n : kLanes;
         next[m] = (m + 1) % period;
@@ -107,7 +118,7 @@ void RingTables::build_polynomials() {
         for (int k = 0; k < n; ++k) {
             if (leave_out(k))
                 continue;
-            const double angle = 2 * std::numbers::pi * k / n, x = -std::cos(angle),
+            const double angle = 2 * std::numbers::pi * k / n, x = std::cos(angle),
                          y = -std::sin(angle);
             for (int p = n - 1; p >= 0; --p) {  // times l_k = centre + x xi + y eta
                 for (int q = n - 1; q >= 0; --q)
@@ -121,7 +132,7 @@ void RingTables::build_polynomials() {
         const int next_j = (j + 1) % n;
         const Polynomial w = product([&](int k) { return k == j || k == next_j; });
         for (int r = 0; 2 * r <= n - 3; ++r)
-            total[r] += w[2 * r][0];
+            total[r] += w[2 * r][0] / n_intervals;
         if (j == 0 || j == n - 1)
             continue;
         const Polynomial q =
@@ -131,6 +142,8 @@ void RingTables::build_polynomials() {
                 quotient[p][r] += q[p][2 * r];
         }
     }
+    twice_quotient_01 = 2 * quotient[0][1];
+    twice_total_1 = 2 * total[1];
 }
 
 }  // namespace osdx::detail

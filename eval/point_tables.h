@@ -60,25 +60,35 @@ struct RingTables {
     int n_lanes() const noexcept { return is_ring() ? n : kFirstOfWindow + kWindow + 1; }
 
     int n, degree, n_points;
+    /// Of the splines along a side. The kernels take so many times s and h, and the degree times
+    /// their derivatives besides: then cubes and powers of degree d need no factors.
+    int n_intervals;
     double centre;  ///< distance from the centre to a side, cos(pi/n)
     double sine;    ///< sin(pi/n)
     /// x = x_a (a + b) + x_ab a b, y = y_b (b - a).
     double x_a, x_ab, y_b;
     SideTable left, corner, right;     ///< distances of the sector's corners to the sides
     SideTable distance_x, distance_y;  ///< derivatives of the distances
-    double sum_value, sum_slope;       ///< l_(i-1) + l_(i+1) = value + slope l_i
-    SideTable around_x, around_y;      ///< derivatives of that
-    double power_slope, power_bend;    ///< d and d (d-1) / 2, as of x^d
+    SideTable slope_x, slope_y;        ///< d times them
+    SideTable eta_a, eta_b, eta_ab;  ///< eta = eta_a a + eta_b b + eta_ab a b, see below
+    /// (l_(i-1) + l_(i+1)) / n_intervals = value + slope l_i
+    double sum_value, sum_slope;
+    SideTable around_x, around_y;  ///< d times derivatives of that
+    double of_degree;              ///< 1 / d
+    double power_bend;             ///< (d-1) / (2 d)
 
-    /// Of rings: with xi along the normal of side i and eta along the side,
+    /// Of rings: with xi from the centre away from side i, so that l_i = centre + xi, and eta
+    /// along the side,
     ///
-    ///     h_i = l_i Q(xi, eta) / W(x^2 + y^2),   Q = sum over j != i, i-1 of
-    ///                                                product of l_k over k != i, j, j+1
+    ///     h_i = l_i Q(xi, eta) / W(xi^2 + eta^2),   Q = sum over j != i, i-1 of
+    ///                                                 product of l_k over k != i, j, j+1
     ///
     /// by Wachspress' coordinates, whose sum W has the symmetry of the n-gon and a degree
     /// below n. Every l_k is positive, so h is exact to rounding next to its side, too.
-    /// quotient[p][r] is that of xi^p eta^(2 r).
+    /// quotient[p][r] is that of xi^p eta^(2 r). W is
+    /// divided by n_intervals.
     double quotient[kLanes - 2][3] = {}, total[3] = {};
+    double twice_quotient_01 = 0, twice_total_1 = 0;
 
     /// Of windows: of weight j of Wachspress' coordinates, 1 where none of its sides is at
     /// the corner, and the same for j < n, else 0.
@@ -87,6 +97,9 @@ struct RingTables {
     SideTable is_far;          ///< 0 on the two sides at the corner, else 1
     SideTable near_weight[3];  ///< 1 where the weight -1, 0 or 1 is a part of h_i
 
+    /// 1 everywhere. Of what compilers know to be the same in all lanes they compute one and
+    /// spread it, which is two operations.
+    std::array<double, kLanes> one;
     std::array<double, kLanes> is_ribbon;  ///< 1 in lanes that hold a ribbon of their own
     std::array<double, kLanes> is_slot;    ///< 1 in lanes that may have weights
     std::array<std::int64_t, kLanes> next, previous;

@@ -55,44 +55,11 @@ struct RingPlaces {
         }
     }
 
-    template <int kOrder>
-    HWY_INLINE LaneJet<P8, kOrder> distance(const RingTables& t, int k) const {
-        auto l = LaneJet<P8, kOrder>::constant(P8::load(distances[k]));
-        if constexpr (kOrder > 0) {
-            l.c[1] = P8::of(*t.distance_x.at(k));
-            l.c[2] = P8::of(*t.distance_y.at(k));
-        }
-        return l;
-    }
-
     /// From derivatives in (x, y) to those in (a, b).
     template <int kOrder>
     HWY_INLINE LaneJet<P8, kOrder> in_sector(const RingTables& t,
                                              LaneJet<P8, kOrder> jet) const {
-        LaneJet<P8, kOrder> r = jet;
-        if constexpr (kOrder > 0) {
-            const P8 x_ab = P8::of(t.x_ab), x_a = mul_add(b, x_ab, P8::of(t.x_a)),
-                     x_b = mul_add(a, x_ab, P8::of(t.x_a)), y_b = P8::of(t.y_b);
-            // First along the sector and across it.
-            const P8 along = mul_add(cos, jet.c[1], sin * jet.c[2]),
-                     across = mul_sub(cos, jet.c[2], sin * jet.c[1]) * y_b;
-            r.c[1] = mul_sub(x_a, along, across);
-            r.c[2] = mul_add(x_b, along, across);
-            if constexpr (kOrder > 1) {
-                const P8 cc = cos * cos, ss = sin * sin, cs = cos * sin,
-                         twice = (cs + cs) * jet.c[4];
-                const P8 xx = mul_add(cc, jet.c[3], mul_add(ss, jet.c[5], twice)),
-                         xy =
-                             mul_add(cc - ss, jet.c[4], cs * (jet.c[5] - jet.c[3])) * y_b,
-                         yy = mul_add(ss, jet.c[3], mul_sub(cc, jet.c[5], twice)) *
-                              (y_b * y_b);
-                r.c[3] = mul_add(x_a, mul_sub(x_a, xx, xy + xy), yy);
-                r.c[4] = mul_add(x_ab, along,
-                                 mul_add(x_a * x_b, xx, mul_sub(x_a - x_b, xy, yy)));
-                r.c[5] = mul_add(x_b, mul_add(x_b, xx, xy + xy), yy);
-            }
-        }
-        return r;
+        return HWY_NAMESPACE::in_sector(t, a, b, turned(cos, sin, jet));
     }
 };
 
@@ -104,17 +71,19 @@ HWY_INLINE void ring_point_weights(const RingTables& t, const RingPlaces& places
     using J = LaneJet<P8, kOrder>;
     const int n = t.n, d = kDegree > 0 ? kDegree : t.degree, m = d - 1;
     constexpr int kMost = kDegree > 0 ? kDegree : kMaxDegree;
-    J l[kLanes], powers[kLanes], h[kLanes], alpha[kLanes], beta[kLanes];
+    P8 l[kLanes];
+    J powers[kLanes], h[kLanes], alpha[kLanes], beta[kLanes];
     {
-        const auto total = ring_total<kOrder>(t, places.x, places.y);
-        const P8 of_total = inverse(total.c[0]);
+        const P8 of_total = inverse(ring_total<0>(t, places.x, places.y).c[0]);
         for (int i = 0; i < n; ++i) {
-            l[i] = places.distance<kOrder>(t, i);
-            const J g = RingG<kOrder>::of(t, l[i].c[0], places.x, places.y,
-                                          P8::of(*t.distance_x.at(i)),
-                                          P8::of(*t.distance_y.at(i)));
-            powers[i] = power(t, g);
-            h[i] = quotient(g, total, of_total);
+            const P8 l_x = P8::of(*t.distance_x.at(i)), l_y = P8::of(*t.distance_y.at(i));
+            l[i] = P8::load(places.distances[i]);
+            const P8 xi = l[i] - P8::of(t.centre),
+                     eta = mul_sub(places.x, l_y, places.y * l_x);
+            h[i] = RingH<kOrder>::of(t, l[i], xi, eta, ring_total<kOrder>(t, xi, eta),
+                                     of_total, l_x, l_y, P8::of(*t.slope_x.at(i)),
+                                     P8::of(*t.slope_y.at(i)));
+            powers[i] = power(t, h[i]);
         }
     }
     for (int i = 0; i < n; ++i) {
@@ -128,31 +97,29 @@ HWY_INLINE void ring_point_weights(const RingTables& t, const RingPlaces& places
     Ribbon ribbons[kLanes];
     for (int i = 0; i < n; ++i) {
         J *const rows = ribbons[i].rows, *const columns = ribbons[i].columns;
-        const J before = l[t.previous[i]];
-        J around = before + l[t.next[i]];
+        J before, around;
+        before.c[0] = l[t.previous[i]];
+        around.c[0] = mul_add(P8::of(t.sum_slope), l[i], P8::of(t.sum_value));
         if constexpr (kOrder > 0) {
+            before.c[1] = P8::of(*t.slope_x.at(i - 1));
+            before.c[2] = P8::of(*t.slope_y.at(i - 1));
             around.c[1] = P8::of(*t.around_x.at(i));
             around.c[2] = P8::of(*t.around_y.at(i));
         }
-        const J s = along_side(before, around);
+        const J s = along_side(t, before, around);
         if constexpr (kDegree == 3) {
             cubic_rows<kEV>(h[i], rows);
-            constexpr int kIntervals = kCubicIntervals<kEV>;
-            const P8 intervals = P8::of(kIntervals), x = s.c[0] * intervals,
-                     mirrored = intervals - x;
-            const auto inner = cubic_inner<kOrder>(s, -kIntervals),
-                       mirrored_inner = cubic_inner<kOrder>(s, kIntervals);
+            const auto inner = cubic_inner<kOrder>(s);
             J half[3];
-            cubic_half<kEV>(x, BlendedInner<P8, kOrder>::of(inner, alpha[i]), half);
+            cubic_half<kEV>(P8::of(kCubicIntervals<kEV>) - s.c[0],
+                            BlendedInner<P8, kOrder>::of_mirrored(inner, alpha[i]), half);
             for (int k = 0; k < 3 - kEV; ++k)
                 columns[m - kEV - k] = half[k];
-            cubic_half<kEV>(mirrored,
-                            BlendedInner<P8, kOrder>::of(mirrored_inner, beta[i]),
+            cubic_half<kEV>(s.c[0], BlendedInner<P8, kOrder>::of(inner, beta[i]),
                             columns + d);
             if constexpr (kEV)
-                columns[m] =
-                    BlendedInner<P8, kOrder>::of(mirrored_inner, alpha[i] * beta[i])
-                        .compose(middle_cubic<kOrder>(mirrored - P8::of(1)));
+                columns[m] = BlendedInner<P8, kOrder>::of(inner, alpha[i] * beta[i])
+                                 .compose(middle_cubic<kOrder>(s.c[0] - P8::of(1)));
         } else {
             spline_rows<kOrder>(t, kEV, h[i], rows);
             spline_columns<kOrder>(t, kEV, s, alpha[i], beta[i], columns);

@@ -18,30 +18,18 @@ HWY_BEFORE_NAMESPACE();
 namespace osdx::HWY_NAMESPACE {
 
 /// Weights of one block of ribbons on their way to a sum: of points k = 0, 1, .. of every
-/// sector, then of its first spoke for EV, as PatchClass orders them. Derivative r of point k in
-/// lane m is values[(k n_derivatives + r) kLanes + m], m the sector start + m modulo n.
+/// sector, then of its first spoke for EV, as PatchClass orders them, and last for EV the part of
+/// each ribbon in that of the vertex. Derivative r of point k in lane m is
+/// values[(k n_derivatives + r) kLanes + m], m the sector start + m modulo n.
 struct Weights {
     static constexpr int kMost = kMaxDegree * kMaxDegree;
 
-    double sum_and_vertex[6][2];  ///< of all weights; of the vertex, of EV
     alignas(64) double values[kMost * 6 * kLanes];
 
-    /// \param sum  of all weights so far
     template <int kOrder>
-    HWY_INLINE void put(int k, LaneJet<P8, kOrder> w, LaneJet<P8, kOrder>& sum) {
-        sum = k == 0 ? w : sum + w;
+    HWY_INLINE void put(int k, LaneJet<P8, kOrder> w) {
         for (int r = 0; r < w.kSize; ++r)
             w.c[r].store(values + (k * w.kSize + r) * kLanes);
-    }
-    /// \param vertex  its weight, of which each lane has a part
-    template <int kOrder>
-    HWY_INLINE void finish(const RingTables& t, LaneJet<P8, kOrder> sum,
-                           LaneJet<P8, kOrder> vertex) {
-        sum = sum + vertex;
-        const P8 is_slot = P8::load(t.is_slot.data());
-        for (int r = 0; r < sum.kSize; ++r)
-            sum_lanes_of_two(sum.c[r] * is_slot, vertex.c[r] * is_slot,
-                             sum_and_vertex[r]);
     }
 };
 
@@ -53,12 +41,11 @@ struct WeightSink {
 
 // ------------------------------------------------------------------ cubic ribbons
 
-/// Six times cubic B-splines, which are sums of truncated powers: f, -f'/3 and f''/6, for
-/// cubic_inner().
+/// Six times cubic B-splines, which are sums of truncated powers: f, f'/3 and f''/6, the factors
+/// of 3 being in the derivatives of their variables.
 template <int kOrder>
 using Cubic = Taylor<P8, kOrder>;
 
-/// (c - x)^3, of c - x.
 template <int kOrder>
 HWY_INLINE Cubic<kOrder> cube(P8 y) {
     Cubic<kOrder> r;
@@ -82,57 +69,54 @@ HWY_INLINE Cubic<kOrder> plus(Cubic<kOrder> a, double factor, Cubic<kOrder> b) {
     return a;
 }
 
-/// The middle function at t from its middle, |t| <= 1: 4 - 6 t^2 + 3 |t|^3.
+/// The middle function at u from its middle, |u| <= 1: 4 - 6 u^2 + 3 |u|^3.
 template <int kOrder>
-HWY_INLINE Cubic<kOrder> middle_cubic(P8 t) {
-    const P8 size = abs(t), three = P8::of(3);
+HWY_INLINE Cubic<kOrder> middle_cubic(P8 u) {
+    const P8 size = abs(u), three = P8::of(3);
     Cubic<kOrder> r;
-    r.c[0] = mul_add(three * (t * t), size - P8::of(2), P8::of(4));
+    r.c[0] = mul_add(u * u, mul_sub(three, size, P8::of(6)), P8::of(4));
     if constexpr (kOrder > 0)
-        r.c[1] = t * neg_mul_add(three, size, P8::of(4));
+        r.c[1] = u * mul_sub(three, size, P8::of(4));
     if constexpr (kOrder > 1)
         r.c[2] = mul_sub(three, size, P8::of(2));
     return r;
 }
 
-/// The extended function E_2 in its last interval, t = 0..1: (1-t)^3 (4 + 12 t + 18 t^2). By the
-/// powers of t alone it would not vanish at the end, where far ribbons are, many of them.
+/// The first two functions of EV ribbons at the distance y = 0..2 from their end.
 template <int kOrder>
-HWY_INLINE Cubic<kOrder> extended_cubic(P8 t) {
-    const P8 v = P8::of(1) - t, v2 = v * v;
+HWY_INLINE void ev_functions(P8 y, Cubic<kOrder>* functions) {
+    functions[0] = truncated_cube<kOrder>(y - P8::of(1));
+    functions[1] = plus(cube<kOrder>(y), -4, functions[0]);
+}
+
+/// The function in the middle of rows, with u = y - 1: 4 - 6 u^2 + 3 u^3 from 0 on and before it
+/// E_2, extended to y^3 (4 - 12 u + 18 u^2). By the powers of u alone that would not vanish at
+/// the end, where far ribbons are, many of them.
+template <int kOrder>
+HWY_INLINE Cubic<kOrder> extended_cubic(P8 y) {
+    const P8 one = P8::of(1), u = y - one, y2 = min(y * y, one), y3 = min(y * y * y, one),
+             three = P8::of(3), four = P8::of(4);
+    const auto select = [u](P8 middle, P8 extended) OSDX_LAMBDA {
+        return if_at_least(u, P8::zero(), middle, extended);
+    };
     Cubic<kOrder> r;
-    r.c[0] = v2 * v * mul_add(mul_add(P8::of(18), t, P8::of(12)), t, P8::of(4));
+    r.c[0] = y3 * mul_add(u,
+                          select(u * mul_sub(three, u, P8::of(6)),
+                                 mul_sub(P8::of(18), u, P8::of(12))),
+                          four);
     if constexpr (kOrder > 0)
-        r.c[1] = t * v2 * mul_add(P8::of(30), t, P8::of(4));
+        r.c[1] = u * y2 * mul_sub(select(three, P8::of(30)), u, four);
     if constexpr (kOrder > 1)
-        r.c[2] = v * mul_sub(mul_sub(P8::of(60), t, P8::of(24)), t, P8::of(2));
+        r.c[2] = select(mul_sub(three, u, P8::of(2)),
+                        y * mul_sub(mul_add(P8::of(60), u, P8::of(24)), u, P8::of(2)));
     return r;
 }
 
-/// Rows 0..2 of an EV ribbon at x = 0..2.
+/// Functions 0..2 of the splines at the distance y = 0..3 from their end.
 template <int kOrder>
-HWY_INLINE void ev_rows(P8 x, Cubic<kOrder>* rows) {
-    const P8 t = x - P8::of(1);
-    rows[0] = truncated_cube<kOrder>(-t);
-    rows[1] = plus(cube<kOrder>(P8::of(2) - x), -4, rows[0]);
-    const auto before = middle_cubic<kOrder>(t), after = extended_cubic<kOrder>(t);
-    for (int r = 0; r <= kOrder; ++r)
-        rows[2].c[r] = if_at_least(t, P8::zero(), after.c[r], before.c[r]);
-}
-
-/// The two columns before the middle of an EV ribbon, from there on.
-template <int kOrder>
-HWY_INLINE void ev_columns(P8 x, Cubic<kOrder>* columns) {
-    columns[1] = truncated_cube<kOrder>(P8::of(1) - x);
-    columns[0] = plus(cube<kOrder>(P8::of(2) - x), -4, columns[1]);
-}
-
-/// Functions 0..2 of the splines over x = 0..3.
-template <int kOrder>
-HWY_INLINE void ef_functions(P8 x, Cubic<kOrder>* functions) {
-    const auto three = cube<kOrder>(P8::of(3) - x),
-               two = truncated_cube<kOrder>(P8::of(2) - x),
-               one = truncated_cube<kOrder>(P8::of(1) - x);
+HWY_INLINE void ef_functions(P8 y, Cubic<kOrder>* functions) {
+    const auto three = cube<kOrder>(y), two = truncated_cube<kOrder>(y - P8::of(1)),
+               one = truncated_cube<kOrder>(y - P8::of(2));
     functions[0] = one;
     functions[1] = plus(two, -4, one);
     functions[2] = plus(plus(three, -4, two), 6, one);
@@ -141,42 +125,41 @@ HWY_INLINE void ef_functions(P8 x, Cubic<kOrder>* functions) {
 template <bool kEV>
 inline constexpr int kCubicIntervals = kEV ? 2 : 3;
 
-/// `times` x, to put it into them.
+/// A parameter of a ribbon, to put it into them.
 template <int kOrder>
-HWY_INLINE Inner<P8, kOrder> cubic_inner(LaneJet<P8, kOrder> x, int times) {
-    return Inner<P8, kOrder>::of(x, 3 * times, 3 * times * times);
+HWY_INLINE Inner<P8, kOrder> cubic_inner(LaneJet<P8, kOrder> x) {
+    return Inner<P8, kOrder>::of(x, 1, 1.0 / 3);
 }
 
 /// Rows 0..2 of a ribbon.
 template <bool kEV, int kOrder>
 HWY_INLINE void cubic_rows(LaneJet<P8, kOrder> h, LaneJet<P8, kOrder>* rows) {
-    constexpr int kIntervals = kCubicIntervals<kEV>;
-    const P8 x = h.c[0] * P8::of(kIntervals);
+    const P8 y = P8::of(kCubicIntervals<kEV>) - h.c[0];
     Cubic<kOrder> f[3];
-    if constexpr (kEV)
-        ev_rows<kOrder>(x, f);
-    else
-        ef_functions<kOrder>(x, f);
-    const auto inner = cubic_inner<kOrder>(h, -kIntervals);
+    if constexpr (kEV) {
+        ev_functions<kOrder>(y, f);
+        f[2] = extended_cubic<kOrder>(y);
+    } else {
+        ef_functions<kOrder>(y, f);
+    }
+    const auto inner = cubic_inner<kOrder>(h);
     for (int k = 0; k < 3; ++k)
-        rows[k] = inner.compose(f[k]);
+        rows[k] = inner.compose_mirrored(f[k]);
 }
 
 /// The columns of one half of a ribbon, from the middle outwards, for EV without the middle one.
-/// \param x  from this end
+/// \param y  from the other end
 template <bool kEV, int kOrder>
-HWY_INLINE void cubic_half(P8 x, BlendedInner<P8, kOrder> inner,
+HWY_INLINE void cubic_half(P8 y, BlendedInner<P8, kOrder> inner,
                            LaneJet<P8, kOrder>* columns) {
+    constexpr int kColumns = kEV ? 2 : 3;
     Cubic<kOrder> f[3];
-    if constexpr (kEV) {
-        ev_columns<kOrder>(x, f);
-        for (int k = 0; k < 2; ++k)
-            columns[k] = inner.compose(f[k]);
-    } else {
-        ef_functions<kOrder>(x, f);
-        for (int k = 0; k < 3; ++k)
-            columns[k] = inner.compose(f[2 - k]);
-    }
+    if constexpr (kEV)
+        ev_functions<kOrder>(y, f);
+    else
+        ef_functions<kOrder>(y, f);
+    for (int k = 0; k < kColumns; ++k)
+        columns[k] = inner.compose(f[kColumns - 1 - k]);
 }
 
 /// For corner i, where ribbon i ends and the next one starts, what lies on either side: rows,
@@ -189,26 +172,24 @@ struct CornerBasis {
 
     HWY_INLINE CornerBasis(const RingTables& t, const Ribbons<kOrder>& ribbons) {
         using J = LaneJet<P8, kOrder>;
-        constexpr int kIntervals = kCubicIntervals<kEV>;
-        const P8 intervals = P8::of(kIntervals);
         const std::int64_t *next = t.next.data(), *previous = t.previous.data();
         cubic_rows<kEV>(ribbons.h, rows);
         for (int k = 0; k < 3; ++k)
             next_rows[k] = permute(rows[k], next);
-        // The second half of a ribbon is the mirror image of the first.
+        // The first half of a ribbon is the mirror image of the second.
         const J next_s = permute(ribbons.s, next);
-        const P8 mirrored = neg_mul_add(intervals, ribbons.s.c[0], intervals);
-        const auto inner = cubic_inner<kOrder>(ribbons.s, kIntervals),
-                   next_inner = cubic_inner<kOrder>(next_s, -kIntervals);
-        cubic_half<kEV>(mirrored, BlendedInner<P8, kOrder>::of(inner, ribbons.beta),
+        const auto inner = cubic_inner<kOrder>(ribbons.s),
+                   next_inner = cubic_inner<kOrder>(next_s);
+        cubic_half<kEV>(ribbons.s.c[0], BlendedInner<P8, kOrder>::of(inner, ribbons.beta),
                         columns);
-        cubic_half<kEV>(next_s.c[0] * intervals,
-                        BlendedInner<P8, kOrder>::of(next_inner, ribbons.next_alpha),
-                        next_columns);
+        cubic_half<kEV>(
+            P8::of(kCubicIntervals<kEV>) - next_s.c[0],
+            BlendedInner<P8, kOrder>::of_mirrored(next_inner, ribbons.next_alpha),
+            next_columns);
         if constexpr (kEV) {
             const J alpha = permute(ribbons.next_alpha, previous);
             middle = BlendedInner<P8, kOrder>::of(inner, alpha * ribbons.beta)
-                         .compose(middle_cubic<kOrder>(mirrored - P8::of(1)));
+                         .compose(middle_cubic<kOrder>(ribbons.s.c[0] - P8::of(1)));
         }
     }
 };
@@ -219,27 +200,24 @@ HWY_INLINE void cubic_weights(const RingTables& t, const Ribbons<kOrder>& ribbon
     using J = LaneJet<P8, kOrder>;
     const CornerBasis<kEV, kOrder> at(t, ribbons);
     constexpr int kSide = kEV ? 2 : 3, kLast = kSide - 1;
-    J sum, vertex = J::zero();
     // The point a steps from side i and b from side i+1 lies in ribbons i and i+1. Rows count
     // from the sides.
     for (int a = 0; a < kSide; ++a) {
         for (int b = 0; b < kSide; ++b)
             weights.put(a * kSide + b,
                         mul_add(at.columns[b], at.rows[kLast - a],
-                                at.next_columns[a] * at.next_rows[kLast - b]),
-                        sum);
+                                at.next_columns[a] * at.next_rows[kLast - b]));
     }
     if constexpr (kEV) {
         // Points of a spoke lie in three; the vertex in all of them.
         for (int b = 0; b < 2; ++b) {
             const J two =
                 mul_add(at.middle, at.rows[1 - b], at.next_columns[b] * at.next_rows[2]);
-            weights.put(
-                4 + b, two + permute(at.columns[b] * at.rows[2], t.previous.data()), sum);
+            weights.put(4 + b,
+                        two + permute(at.columns[b] * at.rows[2], t.previous.data()));
         }
-        vertex = at.middle * at.rows[2];
+        weights.put(6, at.middle * at.rows[2]);
     }
-    weights.finish(t, sum, vertex);
 }
 
 // ------------------------------------------------------------------ ribbons of any degree
@@ -343,13 +321,18 @@ HWY_INLINE void shift(Taylor<P8, kOrder>* functions, int n, int last_interval,
     }
 }
 
+/// A parameter of a ribbon, to put it into functions with their own derivatives.
+template <int kOrder>
+HWY_INLINE Inner<P8, kOrder> spline_inner(const RingTables& t, LaneJet<P8, kOrder> x) {
+    return Inner<P8, kOrder>::of(x, t.of_degree, t.of_degree * t.of_degree);
+}
+
 /// Rows 0..d-1 of a ribbon.
 template <int kOrder>
-HWY_INLINE void spline_rows(const RingTables& t, bool ev, LaneJet<P8, kOrder> h,
+HWY_INLINE void spline_rows(const RingTables& t, bool ev, LaneJet<P8, kOrder> x,
                             LaneJet<P8, kOrder>* rows) {
     const int d = t.degree, n_intervals = d - ev;
     const P8 last = P8::of(n_intervals - 1);
-    const auto x = h * P8::of(n_intervals);
     const P8 interval = min(max(floor(x.c[0]), P8::zero()), last);
     const P8 u = x.c[0] - interval;
     Taylor<P8, kOrder> functions[kMaxDegree + 1];
@@ -361,18 +344,17 @@ HWY_INLINE void spline_rows(const RingTables& t, bool ev, LaneJet<P8, kOrder> h,
                 if_at_least(interval, last, extended.c[r], functions[1].c[r]);
     }
     shift<kOrder>(functions, d, n_intervals - 1, interval);
-    const auto inner = Inner<P8, kOrder>::of(x);
+    const auto inner = spline_inner<kOrder>(t, x);
     for (int k = 0; k < d; ++k)
         rows[k] = inner.compose(functions[k]);
 }
 
 /// All columns of a ribbon, blended.
 template <int kOrder>
-HWY_INLINE void spline_columns(const RingTables& t, bool ev, LaneJet<P8, kOrder> s,
+HWY_INLINE void spline_columns(const RingTables& t, bool ev, LaneJet<P8, kOrder> x,
                                LaneJet<P8, kOrder> alpha, LaneJet<P8, kOrder> beta,
                                LaneJet<P8, kOrder>* columns) {
     const int d = t.degree, n_columns = 2 * d - ev, n_intervals = d - ev;
-    const auto x = s * P8::of(n_intervals);
     const P8 interval = min(max(floor(x.c[0]), P8::zero()), P8::of(n_intervals - 1));
     Taylor<P8, kOrder> functions[2 * kMaxDegree];
     uniform_basis<kOrder>(d, x.c[0] - interval, functions);
@@ -381,7 +363,7 @@ HWY_INLINE void spline_columns(const RingTables& t, bool ev, LaneJet<P8, kOrder>
             functions[j].c[r] = P8::zero();
     }
     shift<kOrder>(functions, n_columns, n_intervals - 1, interval);
-    const auto inner = Inner<P8, kOrder>::of(x);
+    const auto inner = spline_inner<kOrder>(t, x);
     const auto first_half = BlendedInner<P8, kOrder>::of(inner, alpha),
                second_half = BlendedInner<P8, kOrder>::of(inner, beta);
     for (int j = 0; j < n_columns; ++j)
@@ -406,26 +388,22 @@ HWY_INLINE void spline_weights(const RingTables& t, bool ev,
         next_columns[k] = permute(columns[k], next);
     }
 
-    J sum, vertex = J::zero();
     int k = 0;
     // The point a steps from side i and b from side i+1 lies in ribbons i and i+1.
     for (int a = ev; a < d; ++a) {
         for (int b = ev; b < d; ++b)
-            weights.put(k++,
-                        mul_add(columns[d - ev + b], rows[m - a],
-                                next_columns[m - a] * next_rows[m - b]),
-                        sum);
+            weights.put(k++, mul_add(columns[d - ev + b], rows[m - a],
+                                     next_columns[m - a] * next_rows[m - b]));
     }
     if (ev) {
         // Points of a spoke lie in three; the vertex in all of them.
         for (int b = 1; b < d; ++b) {
             const J two =
                 mul_add(columns[m], rows[m - b], next_columns[m - b] * next_rows[m]);
-            weights.put(k++, two + permute(columns[m + b] * rows[m], previous), sum);
+            weights.put(k++, two + permute(columns[m + b] * rows[m], previous));
         }
-        vertex = columns[m] * rows[m];
+        weights.put(k, columns[m] * rows[m]);
     }
-    weights.finish(t, sum, vertex);
 }
 
 template <int kOrder>

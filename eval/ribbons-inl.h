@@ -26,8 +26,8 @@ using P8 = Pack<kLanes>;
 template <class V, int kOrder>
 HWY_INLINE LaneJet<V, kOrder> distances(const RingTables& t, int k, double a, double b) {
     // Exact 0 on the side, and to relative precision near it.
-    const V va = number<V>(a), vb = number<V>(b), one = number<V>(1), a1 = one - va,
-            b1 = one - vb;
+    const V va = number<V>(a), vb = number<V>(b), one = load<V>(t.one.data()),
+            a1 = one - va, b1 = one - vb;
     const V low = mul_add(vb, load<V>(t.right.at(k)), b1 * number<V>(t.centre)),
             high = mul_add(b1, load<V>(t.left.at(k)), vb * load<V>(t.corner.at(k)));
     auto l = LaneJet<V, kOrder>::constant(mul_add(va, high, a1 * low));
@@ -38,65 +38,100 @@ HWY_INLINE LaneJet<V, kOrder> distances(const RingTables& t, int k, double a, do
     return l;
 }
 
-/// W of a ring and its derivatives by z = x^2 + y^2: see RingTables::quotient.
-template <int kOrder>
-HWY_INLINE LaneJet<P8, kOrder> ring_total(const RingTables& t, P8 x, P8 y) {
-    const P8 z = mul_add(x, x, y * y), c1 = P8::of(t.total[1]), two = P8::of(2);
-    if (t.n <= 5) {
-        auto total = LaneJet<P8, kOrder>::constant(mul_add(z, c1, P8::of(t.total[0])));
-        if constexpr (kOrder > 0) {
-            total.c[1] = two * c1 * x;
-            total.c[2] = two * c1 * y;
+/// From derivatives in (x, y) of the sector to those in (a, b).
+template <class V, int kOrder>
+HWY_INLINE LaneJet<V, kOrder> in_sector(const RingTables& t, V a, V b,
+                                        LaneJet<V, kOrder> jet) {
+    LaneJet<V, kOrder> r = jet;
+    if constexpr (kOrder > 0) {
+        const V x_ab = V::of(t.x_ab), x_a = mul_add(b, x_ab, V::of(t.x_a)),
+                x_b = mul_add(a, x_ab, V::of(t.x_a)), y_b = V::of(t.y_b);
+        const V along = jet.c[1], across = jet.c[2] * y_b;
+        r.c[1] = mul_sub(x_a, along, across);
+        r.c[2] = mul_add(x_b, along, across);
+        if constexpr (kOrder > 1) {
+            const V xx = jet.c[3], xy = jet.c[4] * y_b, yy = jet.c[5] * (y_b * y_b);
+            r.c[3] = mul_add(x_a, mul_sub(x_a, xx, xy + xy), yy);
+            r.c[4] =
+                mul_add(x_ab, along, mul_add(x_a * x_b, xx, mul_sub(x_a - x_b, xy, yy)));
+            r.c[5] = mul_add(x_b, mul_add(x_b, xx, xy + xy), yy);
         }
-        if constexpr (kOrder > 1)
+    }
+    return r;
+}
+
+/// W of a ring, in xi and eta: see RingTables::quotient.
+template <int kOrder>
+HWY_INLINE LaneJet<P8, kOrder> ring_total(const RingTables& t, P8 xi, P8 eta) {
+    const P8 z = mul_add(xi, xi, eta * eta), c1 = P8::of(t.total[1]);
+    LaneJet<P8, kOrder> total;
+    if (t.n <= 5) {
+        total.c[0] = mul_add(z, c1, P8::of(t.total[0]));
+        if constexpr (kOrder > 0) {
+            const P8 slope = P8::of(t.twice_total_1);
+            total.c[1] = slope * xi;
+            total.c[2] = slope * eta;
+        }
+        if constexpr (kOrder > 1) {
             total.c[3] = total.c[5] = c1;
+            total.c[4] = P8::zero();
+        }
         return total;
     }
     const P8 c2 = P8::of(t.total[2]);
-    LaneJet<P8, kOrder> total;
     total.c[0] = mul_add(z, mul_add(z, c2, c1), P8::of(t.total[0]));
     if constexpr (kOrder > 0) {
-        const P8 slope = mul_add(two * z, c2, c1), x2 = two * x, y2 = two * y;
-        total.c[1] = x2 * slope;
-        total.c[2] = y2 * slope;
+        const P8 slope = mul_add(z + z, c2, c1), xi2 = xi + xi, eta2 = eta + eta;
+        total.c[1] = xi2 * slope;
+        total.c[2] = eta2 * slope;
         if constexpr (kOrder > 1) {
-            total.c[3] = mul_add(x2 * x2, c2, slope);
-            total.c[4] = two * x2 * y2 * c2;
-            total.c[5] = mul_add(y2 * y2, c2, slope);
+            total.c[3] = mul_add(xi2 * xi2, c2, slope);
+            total.c[4] = (xi2 + xi2) * eta2 * c2;
+            total.c[5] = mul_add(eta2 * eta2, c2, slope);
         }
     }
     return total;
 }
 
-/// The multiples g = W h of the sides' parameters in a ring.
+/// The sides' parameters in a ring.
 template <int kOrder>
-class RingG {
+class RingH {
     using J = LaneJet<P8, kOrder>;
 
 public:
-    /// \param l  the distance to the side
-    /// \param x, y  the point
-    /// \param l_x, l_y  the derivatives of l, of which the side's normal is the opposite
-    static HWY_INLINE J of(const RingTables& t, P8 l, P8 x, P8 y, P8 l_x, P8 l_y) {
-        const P8 xi = P8::of(t.centre) - l, eta = mul_sub(x, l_y, y * l_x);
+    /// n_intervals h, its derivatives times the degree.
+    /// \param l, l_x, l_y  the distance to the side and its derivatives
+    /// \param slope_x, slope_y  the degree times them
+    /// \param of_total  1 / W
+    static HWY_INLINE J of(const RingTables& t, P8 l, P8 xi, P8 eta, J total, P8 of_total,
+                           [[maybe_unused]] P8 l_x, [[maybe_unused]] P8 l_y,
+                           [[maybe_unused]] P8 slope_x, [[maybe_unused]] P8 slope_y) {
+        // Q times l = centre + xi, over W, then from (xi, eta) to (x, y).
         const J q = t.n <= 5 ? quadratic(t, xi, eta) : polynomial(t, xi, eta);
-        // Times l = centre - xi, then from (xi, eta) to (x, y).
-        J g;
+        J g, r;
         g.c[0] = l * q.c[0];
         if constexpr (kOrder > 0) {
-            const P8 g1 = neg_mul_add(l, q.c[1], q.c[0]), g2 = l * q.c[2];
-            g.c[1] = mul_add(l_x, g1, l_y * g2);
-            g.c[2] = neg_mul_add(l_x, g2, l_y * g1);
-            if constexpr (kOrder > 1) {
-                const P8 g3 = mul_sub(l, q.c[3], q.c[1]), g4 = mul_sub(l, q.c[4], q.c[2]),
-                         g5 = l * q.c[5];
-                const P8 xx = l_x * l_x, xy = l_x * l_y, yy = l_y * l_y;
-                g.c[3] = mul_add(xx, g3, neg_mul_add(xy, g4, yy * g5));
-                g.c[4] = mul_add(P8::of(2) * xy, g3 - g5, (xx - yy) * g4);
-                g.c[5] = mul_add(yy, g3, mul_add(xy, g4, xx * g5));
-            }
+            g.c[1] = mul_add(l, q.c[1], q.c[0]);
+            g.c[2] = l * q.c[2];
         }
-        return g;
+        if constexpr (kOrder > 1) {
+            g.c[3] = mul_add(l, q.c[3], q.c[1]);
+            g.c[4] = mul_add(l, q.c[4], q.c[2]);
+            g.c[5] = l * q.c[5];
+        }
+        const J h = quotient(g, total, of_total);
+        r.c[0] = h.c[0];
+        if constexpr (kOrder > 0) {
+            r.c[1] = mul_add(slope_x, h.c[1], slope_y * h.c[2]);
+            r.c[2] = mul_sub(slope_y, h.c[1], slope_x * h.c[2]);
+        }
+        if constexpr (kOrder > 1) {
+            const P8 xx = slope_x * l_x, xy = slope_x * l_y, yy = slope_y * l_y;
+            r.c[3] = mul_add(xx, h.c[3], mul_add(xy, h.c[4], yy * h.c[5]));
+            r.c[4] = mul_add(xy + xy, h.c[3] - h.c[5], (yy - xx) * h.c[4]);
+            r.c[5] = mul_add(yy, h.c[3], neg_mul_add(xy, h.c[4], xx * h.c[5]));
+        }
+        return r;
     }
 
 private:
@@ -110,7 +145,7 @@ private:
             mul_add(slope, xi, mul_add(eta * eta, coefficient(0, 1), coefficient(0, 0)));
         if constexpr (kOrder > 0) {
             q.c[1] = q2 + slope;
-            q.c[2] = eta * P8::of(2 * t.quotient[0][1]);
+            q.c[2] = eta * P8::of(t.twice_quotient_01);
         }
         if constexpr (kOrder > 1) {
             q.c[3] = coefficient(2, 0);
@@ -212,31 +247,33 @@ private:
     J near_[3], rest_, product_;
 };
 
-/// Of ribbons i, one a lane: s_i, h_i, and the blends at corner i, where ribbon i ends and
-/// the next one starts: beta_i and alpha_(i+1) = 1 - beta_i, zero where that is no ribbon.
+/// Of ribbons i, one a lane: s_i and h_i times n_intervals, and d times their derivatives; and
+/// the blends at corner i, where ribbon i ends and the next one starts: beta_i and
+/// alpha_(i+1) = 1 - beta_i, zero where that is no ribbon.
 template <int kOrder>
 struct Ribbons {
     LaneJet<P8, kOrder> s, h, beta, next_alpha;
     HWY_INLINE Ribbons() {}  // an implicit one is not compiled for the instruction set
 };
 
-/// g^d
+/// h^d
+/// \param h  d times its derivatives with it
 template <int kOrder>
-HWY_INLINE LaneJet<P8, kOrder> power(const RingTables& t, LaneJet<P8, kOrder> g) {
-    P8 two = t.degree == 2 ? P8::of(1) : g.c[0];  // g^(d-2)
+HWY_INLINE LaneJet<P8, kOrder> power(const RingTables& t, LaneJet<P8, kOrder> h) {
+    P8 two = t.degree == 2 ? P8::of(1) : h.c[0];  // h^(d-2)
     for (int k = 3; k < t.degree; ++k)
-        two = two * g.c[0];
-    const P8 one = two * g.c[0];
+        two = two * h.c[0];
+    const P8 one = two * h.c[0];
     Taylor<P8, kOrder> taylor;
-    taylor.c[0] = one * g.c[0];
+    taylor.c[0] = one * h.c[0];
     if constexpr (kOrder > 0)
-        taylor.c[1] = one * P8::of(t.power_slope);
+        taylor.c[1] = one;
     if constexpr (kOrder > 1)
         taylor.c[2] = two * P8::of(t.power_bend);
-    return Inner<P8, kOrder>::of(g).compose(taylor);
+    return Inner<P8, kOrder>::of(h).compose(taylor);
 }
 
-/// alpha_(i+1) and beta_i, from g^d of sides i and i+1.
+/// alpha_(i+1) and beta_i, from h^d of sides i and i+1.
 template <int kOrder>
 HWY_INLINE void set_blends(LaneJet<P8, kOrder> own, LaneJet<P8, kOrder> other,
                            LaneJet<P8, kOrder>& next_alpha, LaneJet<P8, kOrder>& beta) {
@@ -248,11 +285,11 @@ HWY_INLINE void set_blends(LaneJet<P8, kOrder> own, LaneJet<P8, kOrder> other,
         beta.c[k] = -next_alpha.c[k];
 }
 
-/// s_i
-/// \param before  l_(i-1), of which second derivatives vanish
-/// \param around  l_(i-1) + l_(i+1), likewise
+/// n_intervals s_i, its derivatives times d.
+/// \param before  l_(i-1), its derivatives times d; second ones vanish
+/// \param around  (l_(i-1) + l_(i+1)) / n_intervals, likewise
 template <int kOrder>
-HWY_INLINE LaneJet<P8, kOrder> along_side(LaneJet<P8, kOrder> before,
+HWY_INLINE LaneJet<P8, kOrder> along_side(const RingTables& t, LaneJet<P8, kOrder> before,
                                           LaneJet<P8, kOrder> around) {
     LaneJet<P8, kOrder> s;
     const P8 of_around = inverse(around.c[0]);
@@ -261,7 +298,7 @@ HWY_INLINE LaneJet<P8, kOrder> along_side(LaneJet<P8, kOrder> before,
         s.c[1] = neg_mul_add(around.c[1], s.c[0], before.c[1]) * of_around;
         s.c[2] = neg_mul_add(around.c[2], s.c[0], before.c[2]) * of_around;
         if constexpr (kOrder > 1) {
-            const P8 scale = -of_around;
+            const P8 scale = of_around * P8::of(-t.of_degree);
             s.c[3] = around.c[1] * s.c[1] * scale;
             s.c[4] = mul_add(around.c[1], s.c[2], around.c[2] * s.c[1]) * scale;
             s.c[5] = around.c[2] * s.c[2] * scale;
@@ -270,25 +307,24 @@ HWY_INLINE LaneJet<P8, kOrder> along_side(LaneJet<P8, kOrder> before,
     return s;
 }
 
-/// What follows from l and from h, or from a multiple g of h that is the same for all sides.
+/// What follows from l and from h.
 /// \param l, first  distances, to side first + m in lane m
 template <int kOrder>
-HWY_INLINE void set_lanes(const RingTables& t, int first, LaneJet<P8, kOrder> l,
-                          LaneJet<P8, kOrder> g, Ribbons<kOrder>& r) {
+HWY_INLINE void set_lanes(const RingTables& t, int first, P8 l, Ribbons<kOrder>& r) {
     using J = LaneJet<P8, kOrder>;
     // First what all else has to wait for.
-    const J own = power(t, g);
+    const J own = power(t, r.h);
     set_blends(own, permute(own, t.next.data()), r.next_alpha, r.beta);
     J before, around;
-    before.c[0] = permute(l.c[0], t.previous.data());
-    around.c[0] = mul_add(P8::of(t.sum_slope), l.c[0], P8::of(t.sum_value));
+    before.c[0] = permute(l, t.previous.data());
+    around.c[0] = mul_add(P8::of(t.sum_slope), l, P8::of(t.sum_value));
     if constexpr (kOrder > 0) {
-        before.c[1] = P8::load(t.distance_x.at(first - 1));
-        before.c[2] = P8::load(t.distance_y.at(first - 1));
+        before.c[1] = P8::load(t.slope_x.at(first - 1));
+        before.c[2] = P8::load(t.slope_y.at(first - 1));
         around.c[1] = P8::load(t.around_x.at(first));
         around.c[2] = P8::load(t.around_y.at(first));
     }
-    r.s = along_side(before, around);
+    r.s = along_side(t, before, around);
 }
 
 /// Zero in lanes where the mask is.
@@ -304,15 +340,18 @@ template <int kOrder>
 HWY_INLINE Ribbons<kOrder> ring_ribbons(const RingTables& t, const DomainPoint& p) {
     Ribbons<kOrder> r;
     const int first = t.n - p.sector;
-    const auto l = distances<P8, kOrder>(t, first, p.a, p.b);
-    const P8 a = P8::of(p.a), b = P8::of(p.b),
-             x = mul_add(P8::of(t.x_a), a + b, P8::of(t.x_ab) * (a * b)),
-             y = P8::of(t.y_b) * (b - a);
-    const auto total = ring_total<kOrder>(t, x, y);
-    const auto g = RingG<kOrder>::of(t, l.c[0], x, y, P8::load(t.distance_x.at(first)),
-                                     P8::load(t.distance_y.at(first)));
-    set_lanes<kOrder>(t, first, l, g, r);
-    r.h = quotient(g, total, P8::of(1 / first_lane(total.c[0])));
+    const P8 l = distances<P8, 0>(t, first, p.a, p.b).c[0], a = P8::of(p.a),
+             b = P8::of(p.b), xi = l - P8::of(t.centre),
+             eta = mul_add(
+                 mul_add(b, P8::load(t.eta_ab.at(first)), P8::load(t.eta_a.at(first))), a,
+                 b * P8::load(t.eta_b.at(first)));
+    const auto total = ring_total<kOrder>(t, xi, eta);
+    const P8 of_total = P8::of(1 / first_lane(total.c[0]));
+    const auto load = [&](const detail::SideTable& table)
+                          OSDX_LAMBDA { return P8::load(table.at(first)); };
+    r.h = RingH<kOrder>::of(t, l, xi, eta, total, of_total, load(t.distance_x),
+                            load(t.distance_y), load(t.slope_x), load(t.slope_y));
+    set_lanes<kOrder>(t, first, l, r);
     return r;
 }
 
@@ -322,8 +361,11 @@ HWY_INLINE Ribbons<kOrder> window_ribbons(const RingTables& t, const DomainPoint
                                           const WindowH<kOrder>& h, int first) {
     Ribbons<kOrder> r;
     const auto l = distances<P8, kOrder>(t, first, p.a, p.b);
-    r.h = h.h(first, l, distances<P8, kOrder>(t, first + 1, p.a, p.b));
-    set_lanes<kOrder>(t, first, l, r.h, r);
+    r.h = h.h(first, l, distances<P8, kOrder>(t, first + 1, p.a, p.b)) *
+          P8::of(t.n_intervals);
+    for (int k = 1; k < r.h.kSize; ++k)
+        r.h.c[k] = r.h.c[k] * P8::of(t.degree);
+    set_lanes<kOrder>(t, first, l.c[0], r);
     alignas(64) double is_ribbon[kLanes];
     for (int m = 0; m < kLanes; ++m)
         is_ribbon[m] = first + m < t.n ? t.is_ribbon[m] : 0.0;

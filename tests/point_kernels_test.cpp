@@ -57,11 +57,13 @@ struct Net {
     std::vector<Index> points;
     std::vector<T> values;
 
-    Net(int n_points, int n_channels) : stride(n_channels), points(n_points) {
+    /// \param n_more  values that follow
+    Net(int n_points, int n_channels, int n_more = 0)
+        : stride(n_channels), points(n_points) {
         std::iota(points.begin(), points.end(), Index(0));
         std::mt19937 engine(2);
         std::ranges::shuffle(points, engine);
-        for (int i = 0; i < n_points * stride; ++i)
+        for (int i = 0; i < n_points * stride + n_more; ++i)
             values.push_back(static_cast<T>(double(engine()) / 2147483648.0 - 1));
     }
     detail::PointSum<T> sum() const {
@@ -126,7 +128,7 @@ void expect_as_by_weights(const PatchBasis& basis, const DomainPoint& p, Chart c
         // are moved.
         const double tolerance = (c.border == PatchBorder::None ? 64 : 256) *
                                  std::numeric_limits<double>::epsilon() * size;
-        for (int x = 0; x < std::min(4, net.stride); ++x)
+        for (int x = 0; x < std::min(detail::kSumChannels, net.stride); ++x)
             EXPECT_NEAR(value(r, x), expected[r][x], tolerance)
                 << testing::PrintToString(c) << " sector " << p.sector << " (" << p.a
                 << ", " << p.b << ") chart " << int(chart) << " derivative " << r;
@@ -156,10 +158,11 @@ template <class T>
 int check_class(const PatchClass& c) {
     const PatchBasis basis(c);
     int n = 0;
-    // Five channels: the fourth of the last point is followed by another one, others not.
+    // Whether other channels or points follow the last one or not.
     n += check<0>(basis, Net<T>(c.n_points(), 3));
     n += check<1>(basis, Net<T>(c.n_points(), 1));
     n += check<1>(basis, Net<T>(c.n_points(), 3));
+    n += check<1>(basis, Net<T>(c.n_points(), 3, 8));
     n += check<2>(basis, Net<T>(c.n_points(), 5));
     return n;
 }
@@ -196,6 +199,67 @@ TYPED_TEST(PointKernels, PatchesOfNSidesEqualTheirWeights) {
     // Machines with narrow registers have no such kernels.
     const bool wide = (hwy::SupportedTargets() & (HWY_AVX2 | HWY_AVX3)) != 0;
     EXPECT_EQ(n_checked > 0, wide);
+}
+
+/// All weights of a ring at once.
+template <int Order>
+int check_ring_weights(const PatchBasis& basis) {
+    using J = Jet<double, Order>;
+    const PatchClass& c = basis.patch_class();
+    const std::size_t n = static_cast<std::size_t>(c.n_points());
+    int n_checked = 0;
+    for (const DomainPoint& p : domain_points(c)) {
+        for (const Chart chart : {Chart::BaseUV, Chart::Native}) {
+            std::vector<double> out(J::kSize * n, -1.0);
+            if (jumps<Order>(c, p) || !basis.weights(p, chart, Order, {}, out))
+                continue;
+            ++n_checked;
+            std::vector<J> expected(n);
+            const J f = basis.for_each_weight<Order>(
+                p, chart, [&](Index i, const J& w) { expected[i] += w; });
+            for (int r = 0; r < J::kSize; ++r) {
+                const double tolerance = 64 * std::numeric_limits<double>::epsilon() *
+                                         scale(c, p, r > 2 ? 2 : r > 0);
+                double sum = 0;
+                for (std::size_t i = 0; i < n; ++i) {
+                    EXPECT_NEAR(out[r * n + i],
+                                (expected[i] / f).c[r] * (r == 3 || r == 5 ? 2 : 1),
+                                tolerance)
+                        << testing::PrintToString(c) << " point " << i << " derivative "
+                        << r;
+                    sum += out[r * n + i];
+                }
+                EXPECT_NEAR(sum, r == 0, tolerance);
+            }
+        }
+    }
+    return n_checked;
+}
+
+TEST(RingWeights, EqualThoseOfEachPoint) {
+    int n_checked = 0;
+    for_each_target([&] {
+        for (const PatchKind kind : {PatchKind::EV, PatchKind::EF}) {
+            for (const int n : {3, 4, 5, 8}) {
+                for (const int d : {2, 3, 5}) {
+                    const PatchBasis basis({kind, d, n});
+                    n_checked += check_ring_weights<0>(basis) +
+                                 check_ring_weights<1>(basis) +
+                                 check_ring_weights<2>(basis);
+                }
+            }
+        }
+    });
+    const bool wide = (hwy::SupportedTargets() & (HWY_AVX2 | HWY_AVX3)) != 0;
+    EXPECT_EQ(n_checked > 0, wide);
+    // Elsewhere there is none.
+    double out[1];
+    EXPECT_FALSE(PatchBasis({PatchKind::Regular, 3, 4})
+                     .weights({0, 0.5, 0.5}, Chart::BaseUV, 0, {}, out));
+    EXPECT_FALSE(PatchBasis({PatchKind::EV, 3, 9})
+                     .weights({0, 0.5, 0.5}, Chart::BaseUV, 0, {}, out));
+    EXPECT_FALSE(
+        PatchBasis({PatchKind::EV, 3, 5}).weights({2, 1, 1}, Chart::BaseUV, 0, {}, out));
 }
 
 /// Places of any sectors at a time, the last few repeated.
