@@ -116,8 +116,7 @@ private:
 /// The sum of what is given in the variables of each corner, in those of the first one.
 template <class V, int kOrder>
 HWY_INLINE LaneJet<V, kOrder> sum_of_corners(const LaneJet<V, kOrder>* corners) {
-    const auto &a = corners[0].c, &b = corners[1].c, &c = corners[2].c,
-               &d = corners[3].c;
+    const auto &a = corners[0].c, &b = corners[1].c, &c = corners[2].c, &d = corners[3].c;
     LaneJet<V, kOrder> r;
     r.c[0] = (a[0] + b[0]) + (c[0] + d[0]);
     if constexpr (kOrder > 0) {

@@ -376,7 +376,7 @@ bool PatchBasis::has_many() const noexcept {
     const auto& kernels = std::get<detail::PointKernels<double>>(kernels_);
     return class_.is_square() ||
            (ring_ && ring_->is_ring() && class_.border == PatchBorder::None &&
-                       kernels.ring_points);
+            kernels.ring_points);
 }
 
 void PatchBasis::sum_many(std::span<const double> net, const detail::PointPlaces& at,

@@ -316,15 +316,13 @@ void gregory_points(const double* net, const PointPlaces& at, PointJets& out) {
             for (int k = 0; k < kPoints; ++k) {
                 const P8 p = P8::of(net[3 * (i * kPoints + k) + c]);
                 for (int r = 0; r < J::kSize; ++r)
-                    sums[c][i].c[r] =
-                        mul_add(corner.weights[k].c[r], p, sums[c][i].c[r]);
+                    sums[c][i].c[r] = mul_add(corner.weights[k].c[r], p, sums[c][i].c[r]);
             }
         }
     }
     const P8 cos = P8::load(at.cos), sin = P8::load(at.sin);
     for (int c = 0; c < 3; ++c) {
-        const J jet =
-            turned(cos, sin, derivatives(sum_of_corners<P8, kOrder>(sums[c])));
+        const J jet = turned(cos, sin, derivatives(sum_of_corners<P8, kOrder>(sums[c])));
         for (int r = 0; r < jet.kSize; ++r)
             jet.c[r].store(out.value[r][c]);
     }

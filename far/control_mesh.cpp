@@ -249,8 +249,9 @@ Buffer<Regularity> ControlMesh::regular_cells() const {
         for_each_index(t.n_vertices(), [&](Index v) {
             if (vertices[v] != Regularity::Inside)
                 return;
-            t.for_each_outgoing(
-                v, [&](Index h) { vertices[v] = std::min(vertices[v], faces[t.face(h)]); });
+            t.for_each_outgoing(v, [&](Index h) {
+                vertices[v] = std::min(vertices[v], faces[t.face(h)]);
+            });
         });
     }
     return odd_ ? faces : vertices;

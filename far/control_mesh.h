@@ -89,7 +89,8 @@ private:
     bool has_cuts_, all_quads_;
     Buffer<Fan> fans_;  // per halfedge
     Buffer<std::uint8_t> settled_;
-    Flags incomplete_;  // vertices of faces with vertices that are no control points; or empty
+    Flags
+        incomplete_;  // vertices of faces with vertices that are no control points; or empty
     Buffer<Regularity> regular_;  // of the vertices for themselves
     std::vector<IrregularFan> irregular_;
 };

@@ -56,19 +56,18 @@ bool has_only_quads(const Topology& t) {
 std::vector<Index> border_halfedges(const Topology& t) {
     constexpr std::size_t kSize = 4 * detail::kChunk;
     std::vector<std::vector<Index>> chunks(detail::n_chunks(t.n_halfedges(), kSize));
-    detail::for_each_chunk(
-        t.n_halfedges(), kSize,
-        [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-            // Mostly there are none, which is quickly seen.
-            auto n = std::count(t.twin.begin() + begin, t.twin.begin() + end,
-                                kInvalidIndex);
-            for (std::size_t h = begin; n > 0; ++h) {
-                if (t.twin[h] != kInvalidIndex)
-                    continue;
-                chunks[chunk].push_back(static_cast<Index>(h));
-                --n;
-            }
-        });
+    detail::for_each_chunk(t.n_halfedges(), kSize,
+                           [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                               // Mostly there are none, which is quickly seen.
+                               auto n = std::count(t.twin.begin() + begin,
+                                                   t.twin.begin() + end, kInvalidIndex);
+                               for (std::size_t h = begin; n > 0; ++h) {
+                                   if (t.twin[h] != kInvalidIndex)
+                                       continue;
+                                   chunks[chunk].push_back(static_cast<Index>(h));
+                                   --n;
+                               }
+                           });
     std::vector<Index> borders;
     for (const auto& chunk : chunks)
         borders.insert(borders.end(), chunk.begin(), chunk.end());

@@ -291,7 +291,8 @@ private:
             t_.n_faces(), chunk_,
             [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                 const Index first = t_.face_offsets[begin], last = t_.face_offsets[end];
-                auto& [table, picked] = scratch.local();
+                EdgeTable& table = scratch.local().table;
+                Buffer<Index>& picked = scratch.local().picked;
                 table.reset(last - first);
                 picked.resize(last - first);
                 const auto halfedge = [&](std::size_t i) {
@@ -392,8 +393,8 @@ private:
             [&](std::size_t begin, std::size_t end) {
                 // Of those that chunks have paired every other one.
                 const auto& rest = left_over_[begin / chunk_].halfedges;
-                const std::size_t n_paired = t_.face_offsets[end] -
-                                             t_.face_offsets[begin] - rest.size();
+                const std::size_t n_paired =
+                    t_.face_offsets[end] - t_.face_offsets[begin] - rest.size();
                 return n_paired / 2 + std::ranges::count_if(rest, is_first);
             },
             [&](std::size_t n) { t_.n_edges = static_cast<Index>(n); },
@@ -554,8 +555,9 @@ private:
         std::vector<Index> halfedges, vertices;
     };
     std::vector<LeftOver> left_over_;
-    Buffer<Index> rest_;                      // halfedges of all of them
-    std::atomic<std::size_t> n_linked_ = 0;  // halfedges in fans of vertices that are linked
+    Buffer<Index> rest_;  // halfedges of all of them
+    std::atomic<std::size_t> n_linked_ =
+        0;  // halfedges in fans of vertices that are linked
 };
 
 }  // namespace

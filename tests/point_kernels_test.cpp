@@ -180,8 +180,9 @@ TYPED_TEST(PointKernels, RegularPatchesEqualTheirWeights) {
 }
 
 TYPED_TEST(PointKernels, GregoryQuadsEqualTheirWeights) {
-    for_each_target(
-        [] { EXPECT_GT(check_class<TypeParam>({PatchKind::Gregory, 3, 4}), 0); });
+    for_each_target([] {
+        EXPECT_GT(check_class<TypeParam>({PatchKind::Gregory, 3, 4}), 0);
+    });
 }
 
 TYPED_TEST(PointKernels, PatchesOfNSidesEqualTheirWeights) {
@@ -298,8 +299,8 @@ void check_many(const PatchBasis& basis, const Net<double>& net) {
 
 TEST(PointKernelsOfMany, EqualTheirWeights) {
     for_each_target([] {
-        for (const PatchKind kind : {PatchKind::Regular, PatchKind::EV, PatchKind::EF,
-                                     PatchKind::Gregory}) {
+        for (const PatchKind kind :
+             {PatchKind::Regular, PatchKind::EV, PatchKind::EF, PatchKind::Gregory}) {
             for (const int n : {3, 4, 5, 6, 7, 8}) {
                 for (const int d : {2, 3, 4, 7, kMaxDegree}) {
                     const bool is_regular = kind == PatchKind::Regular;
