@@ -31,13 +31,17 @@ ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
       incomplete_(incomplete_vertices()),
       regular_(level.topology.n_vertices()) {
     const Topology& t = topology();
-    const auto none = [](std::size_t n, auto&& is) {
-        return first_index(n, is) == kInvalidIndex;
+    const auto at_cut = [&](Index v) {
+        bool any = false;
+        if (level.sharp[v])
+            t.for_each_edge(v, [&](Index e, Index) {
+                any |= level.features.edge(e) >= kInfinitelySharp;
+            });
+        return any;
     };
-    has_cuts_ =
-        odd_ ? !none(level.features.edge_sharpness.size(),
-                     [&](Index e) { return level.features.edge(e) >= kInfinitelySharp; })
-             : !none(t.n_halfedges(), [&](Index h) { return is_cut(h); });
+    has_cuts_ = kInvalidIndex !=
+                (odd_ ? first_index(level.sharp.size(), at_cut)
+                      : first_index(t.n_halfedges(), [&](Index h) { return is_cut(h); }));
     all_quads_ = level.face_kinds.empty() && (t.quads_only || has_only_quads(t));
     const std::vector<std::uint8_t> special = special_vertices();
     std::vector<Fans> chunks(n_chunks(t.n_vertices(), kSmallChunk));

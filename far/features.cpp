@@ -11,8 +11,6 @@
 #include <string_view>
 #include <utility>
 
-#include "far/parallel.h"
-
 namespace osdx {
 namespace {
 
@@ -261,9 +259,13 @@ std::vector<Tag> to_tags(const Topology& t, const Features& f) {
 
 namespace {
 
-/// An interior vertex between two faces.
-bool is_fold(const Topology& t, Index v) {
-    return t.valence(v) == 2 && !t.is_border(t.vertex_halfedge[v]);
+/// The first interior vertex between two faces, from v on; kInvalidIndex if there is none.
+Index next_fold(const Topology& t, Index v = 0) {
+    for (v = t.find_valence(2, v); v != kInvalidIndex; v = t.find_valence(2, v + 1)) {
+        if (!t.is_border(t.vertex_halfedge[v]))
+            return v;
+    }
+    return kInvalidIndex;
 }
 
 /// Nothing sharp parts the faces around a vertex, and not all of them are holes.
@@ -289,10 +291,8 @@ Status check_refinement(const MeshData& data, const Topology& t, const Features&
                         int degree) {
     if (degree % 2 == 1)
         return ok();
-    for (Index v = 0; v < t.n_vertices(); ++v) {
-        if (is_fold(t, v))
-            return refuse_valence_two(data, v);
-    }
+    if (const Index v = next_fold(t); v != kInvalidIndex)
+        return refuse_valence_two(data, v);
     if (!f.smooth_triangles)
         return ok();
     const auto tag = std::ranges::find(data.tags, "smoothtriangles", &Tag::name);
@@ -305,11 +305,11 @@ Status check_refinement(const MeshData& data, const Topology& t, const Features&
 
 Status check_surface(const MeshData& data, const Topology& t, const Features& features,
                      int degree) {
-    Index v = detail::first_index(t.n_vertices(), [&](Index i) { return is_fold(t, i); });
+    Index v = next_fold(t);
     if (v != kInvalidIndex) {
         const Features f = with_border(t, features);
-        for (; v < t.n_vertices(); ++v) {
-            if (is_fold(t, v) && is_flat(t, f, v))
+        for (; v != kInvalidIndex; v = next_fold(t, v + 1)) {
+            if (is_flat(t, f, v))
                 return refuse_valence_two(data, v);
         }
     }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstring>
 #include <map>
 #include <optional>
 #include <utility>
@@ -42,11 +43,13 @@ public:
         begin_base_level();
         while (true) {
             lay_patches();
-            const auto open = std::ranges::find(cells_, Cover::Open);
-            if (open == cells_.end())
+            const void* open =
+                std::memchr(cells_.data(), static_cast<int>(Cover::Open), cells_.size());
+            if (!open)
                 break;
             if (level_ == kMaxLevel)
-                return not_isolated(static_cast<Index>(open - cells_.begin()));
+                return not_isolated(
+                    static_cast<Index>(static_cast<const Cover*>(open) - cells_.data()));
             refine();
         }
         place_points();

@@ -6,10 +6,24 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cstring>
 
 #include "far/parallel.h"
 
 namespace osdx {
+
+Index Topology::find_valence(Index n_faces, Index from) const noexcept {
+    if (valences.empty()) {
+        while (from < n_vertices() && valence(from) != n_faces)
+            ++from;
+        return from < n_vertices() ? from : kInvalidIndex;
+    }
+    const void* found = std::memchr(valences.data() + from, stored_valence(n_faces),
+                                    valences.size() - from);
+    return found ? static_cast<Index>(static_cast<const std::uint8_t*>(found) -
+                                      valences.data())
+                 : kInvalidIndex;
+}
 
 Topology build_topology(const Mesh& mesh) {
     Topology t;

@@ -99,6 +99,8 @@ struct Topology {
         for_each_outgoing(v, [&](Index) { ++n; });
         return n;
     }
+    /// The first vertex from `from` on that has so many faces, 0 to 254; kInvalidIndex if none.
+    Index find_valence(Index n_faces, Index from = 0) const noexcept;
     static constexpr std::uint8_t stored_valence(Index n_faces) noexcept {
         return static_cast<std::uint8_t>(n_faces < kManyFaces ? n_faces : kManyFaces);
     }

@@ -53,13 +53,9 @@ Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& optio
                                    [&](Index v) { s.points_[v] = data.positions[v]; });
             s.table_->refresh_points<double>(s.points_);
         });
-    for (Index v = detail::first_index(
-             s.base().n_vertices(),
-             [&](Index i) { return s.base().vertex_halfedge[i] == kInvalidIndex; });
-         v < s.base().n_vertices(); ++v) {
-        if (s.base().vertex_halfedge[v] == kInvalidIndex)
-            s.unused_vertices_.push_back(v);
-    }
+    for (Index v = s.base().find_valence(0); v != kInvalidIndex;
+         v = s.base().find_valence(0, v + 1))
+        s.unused_vertices_.push_back(v);
     return s;
 }
 

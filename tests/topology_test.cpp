@@ -310,6 +310,28 @@ TEST(Topology, LooseVerticesStayLoose) {
     EXPECT_EQ(d.n_faces(), 8u);
 }
 
+// With the counted valences, and by walks where nobody has counted.
+TEST(Topology, FindsVerticesByTheirValence) {
+    for (const auto& [name, data] : meshes()) {
+        SCOPED_TRACE(name);
+        const Topology t = *build_topology(data);
+        ASSERT_EQ(t.valences.size(), t.n_vertices());
+        for (const Topology& mesh : {t, split(t)}) {
+            for (const Index n : {0u, 2u, 3u, 4u, 5u, 254u}) {
+                Index expected = 0;
+                for (Index v = mesh.find_valence(n); v != kInvalidIndex;
+                     v = mesh.find_valence(n, v + 1), ++expected) {
+                    while (expected < v)
+                        ASSERT_NE(mesh.valence(expected++), n);
+                    ASSERT_EQ(mesh.valence(v), n);
+                }
+                while (expected < mesh.n_vertices())
+                    ASSERT_NE(mesh.valence(expected++), n);
+            }
+        }
+    }
+}
+
 // ---------------------------------------------------------------------- open meshes
 
 Index count_borders(const Topology& t) {
