@@ -85,10 +85,10 @@ std::vector<std::uint8_t> ControlMesh::special_vertices() const {
                 special[v] = kSpecial;
         });
     };
-    // Odd degrees do not know the vertices at gaps.
-    if (!level.gap.empty() && !odd_)
-        mark_edges([&](Index h) { return level.gap[t.edge[h]]; });
+    // Of odd degrees the vertices at gaps are not known, and what is sharp is.
     if (!odd_) {
+        if (!level.gap.empty())
+            mark_edges([&](Index h) { return level.gap[t.edge[h]]; });
         if (has_cuts_)
             mark_edges([&](Index h) { return is_cut(h); });
         mark_vertices([&](Index v) {

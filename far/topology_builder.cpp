@@ -555,9 +555,8 @@ private:
         std::vector<Index> halfedges, vertices;
     };
     std::vector<LeftOver> left_over_;
-    Buffer<Index> rest_;  // halfedges of all of them
-    std::atomic<std::size_t> n_linked_ =
-        0;  // halfedges in fans of vertices that are linked
+    Buffer<Index> rest_;                     // halfedges of all of them
+    std::atomic<std::size_t> n_linked_ = 0;  // halfedges in fans that are linked
 };
 
 }  // namespace
