@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
-#include <glm/geometric.hpp>
 #include <iterator>
+
+#include <glm/geometric.hpp>
+
+#include <osdx/build_patch_table.h>
 
 #include "benchmarks/ours.h"
 #include "benchmarks/peers.h"

@@ -1,22 +1,25 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-#include <malloc.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <malloc.h>
+#include <nlohmann/json.hpp>
+
+#include <osdx/mesh_file.h>
 
 #include "benchmarks/meshes.h"
 #include "benchmarks/stages.h"
 #include "benchmarks/suite.h"
+#include "far/mesh/topology_edits.h"
 
 namespace {
 

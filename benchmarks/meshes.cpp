@@ -7,16 +7,18 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <glm/geometric.hpp>
 #include <limits>
 #include <map>
 #include <stdexcept>
 #include <unordered_map>
 
-#include "far/features.h"
-#include "far/mesh.h"
-#include "far/refine.h"
-#include "far/topology.h"
+#include <glm/geometric.hpp>
+
+#include <osdx/build_topology.h>
+#include <osdx/features.h>
+#include <osdx/topology.h>
+
+#include "far/refine/refinement.h"
 
 namespace osdx::bench {
 namespace {
@@ -61,7 +63,7 @@ double one_sided(std::span<const Vec3<double>> from, std::span<const Vec3<double
 }  // namespace
 
 MeshData refined(const MeshData& mesh, int levels) {
-    Topology base = build_topology(value_or_throw(build_mesh(mesh)));
+    Topology base = value_or_throw(build_topology(mesh));
     Features features = value_or_throw(build_features(
         mesh, base, {.ignore_tags = true, .boundary = BoundaryRule::EdgeOnly}));
     Refinement refinement(std::move(base), 3, std::move(features));

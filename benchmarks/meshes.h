@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "far/mesh_data.h"
+#include <osdx/mesh_data.h>
 
 namespace osdx::bench {
 

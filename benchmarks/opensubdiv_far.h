@@ -3,6 +3,10 @@
 
 #pragma once
 
+#include <algorithm>
+#include <memory>
+#include <vector>
+
 #include <opensubdiv/far/patchTableFactory.h>
 #include <opensubdiv/far/primvarRefiner.h>
 #include <opensubdiv/far/stencilTableFactory.h>
@@ -10,9 +14,7 @@
 #include <opensubdiv/far/topologyRefinerFactory.h>
 #include <opensubdiv/osd/cpuEvaluator.h>
 
-#include <algorithm>
-#include <memory>
-#include <vector>
+#include <osdx/mesh_data.h>
 
 #include "benchmarks/meshes.h"
 

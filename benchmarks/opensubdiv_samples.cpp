@@ -4,14 +4,14 @@
 #include "benchmarks/peers.h"
 
 #ifdef OSDX_HAS_OPENSUBDIV
+#include <numeric>
+
 #include <fmt/format.h>
 #include <omp.h>
 #include <opensubdiv/bfr/refinerSurfaceFactory.h>
 #include <opensubdiv/far/patchMap.h>
 #include <opensubdiv/osd/cpuPatchTable.h>
 #include <opensubdiv/osd/ompEvaluator.h>
-
-#include <numeric>
 
 #include "benchmarks/opensubdiv_far.h"
 

@@ -1,19 +1,20 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
+#include <osdx/buffer.h>
+
 #include "benchmarks/peers.h"
-#include "far/buffer.h"
 
 #ifdef OSDX_HAS_OPENSUBDIV
+#include <optional>
+#include <shared_mutex>
+
+#include <glm/geometric.hpp>
 #include <omp.h>
 #include <opensubdiv/bfr/refinerSurfaceFactory.h>
 #include <opensubdiv/bfr/tessellation.h>
 #include <opensubdiv/far/patchMap.h>
 #include <opensubdiv/osd/ompEvaluator.h>
-
-#include <glm/geometric.hpp>
-#include <optional>
-#include <shared_mutex>
 
 #include "benchmarks/opensubdiv_far.h"
 

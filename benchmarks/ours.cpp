@@ -3,12 +3,12 @@
 
 #include "benchmarks/ours.h"
 
-#include <benchmark/benchmark.h>
-
 #include <algorithm>
 #include <array>
 #include <memory>
 #include <stdexcept>
+
+#include <benchmark/benchmark.h>
 
 namespace osdx::bench {
 namespace {

@@ -5,10 +5,12 @@
 
 #include <vector>
 
+#include <osdx/build_patch_table.h>
+#include <osdx/grid_evaluator.h>
+#include <osdx/surface.h>
+
 #include "benchmarks/meshes.h"
 #include "benchmarks/samples.h"
-#include "eval/grid_evaluator.h"
-#include "osd_ext/surface.h"
 
 namespace osdx::bench {
 

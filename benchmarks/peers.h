@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include <osdx/mesh_data.h>
+
 #include "benchmarks/meshes.h"
 #include "benchmarks/samples.h"
 #include "benchmarks/suite.h"

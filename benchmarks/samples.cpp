@@ -3,11 +3,11 @@
 
 #include "benchmarks/samples.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <memory>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 namespace osdx::bench {
 namespace {

@@ -8,9 +8,10 @@
 #include <string>
 #include <vector>
 
+#include <osdx/surface_jet.h>
+
 #include "benchmarks/meshes.h"
 #include "benchmarks/suite.h"
-#include "eval/surface_jet.h"
 
 namespace osdx::bench {
 

@@ -1,20 +1,22 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 
+#include <fmt/format.h>
+
+#include <osdx/buffer.h>
+#include <osdx/build_topology.h>
+#include <osdx/features.h>
+#include <osdx/topology.h>
+
 #include "benchmarks/ours.h"
 #include "benchmarks/peers.h"
 #include "benchmarks/stages.h"
-#include "far/buffer.h"
-#include "far/dual_refinement.h"
-#include "far/features.h"
-#include "far/topology.h"
-#include "far/uniform_refinement.h"
+#include "far/refine/grids/even_grids.h"
+#include "far/refine/grids/odd_grids.h"
 
 namespace osdx::bench {
 namespace {

@@ -3,13 +3,13 @@
 
 #include "benchmarks/suite.h"
 
+#include <algorithm>
+#include <map>
+
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 #include <malloc.h>
 #include <tbb/global_control.h>
-
-#include <algorithm>
-#include <map>
 
 namespace osdx::bench {
 namespace {

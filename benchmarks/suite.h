@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "far/types.h"
+#include <osdx/types.h>
 
 namespace osdx::bench {
 

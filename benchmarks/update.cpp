@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
-#include <glm/geometric.hpp>
 #include <numeric>
+
+#include <glm/geometric.hpp>
 
 #include "benchmarks/ours.h"
 #include "benchmarks/peers.h"

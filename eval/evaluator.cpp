@@ -1,13 +1,16 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
-#include "eval/evaluator.h"
-
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cstddef>
 #include <cstring>
+#include <vector>
+
+#include <osdx/evaluator.h>
+
+#include "eval/bases/patch_basis.h"
 
 namespace osdx {
 namespace {
@@ -167,11 +170,20 @@ void all_weights(const PatchBasis& basis, const PatchPoint& where, Chart chart,
 
 }  // namespace
 
+struct Evaluator::Classes {
+    std::vector<PatchBasis> bases;  // by patch class
+};
+
 Evaluator::Evaluator(const PatchTable& table) : table_(&table) {
-    bases_.reserve(table.classes().size());
+    auto classes = std::make_unique<Classes>();
+    classes->bases.reserve(table.classes().size());
     for (const PatchClass& c : table.classes())
-        bases_.emplace_back(c);
+        classes->bases.emplace_back(c);
+    classes_ = std::move(classes);
 }
+Evaluator::Evaluator(Evaluator&&) noexcept = default;
+Evaluator& Evaluator::operator=(Evaluator&&) noexcept = default;
+Evaluator::~Evaluator() = default;
 
 template <class T, int Order>
 SurfaceJet<T> Evaluator::evaluate(std::span<const Vec3<T>> points,
@@ -180,14 +192,14 @@ SurfaceJet<T> Evaluator::evaluate(std::span<const Vec3<T>> points,
     const PatchRef patch = table_->patch(where.patch);
     SurfaceJet<T> jet;
     detail::PointJet sums;
-    if (fast<T>(bases_[patch.patch_class], patch.points,
+    if (fast<T>(classes_->bases[patch.patch_class], patch.points,
                 std::span(&points.data()->x, 3 * points.size()), 3, where, Order, chart,
                 sums)) {
         put<Order>(sums, jet);
         return jet;
     }
     const auto block = evaluate_block<Order, 3>(
-        bases_[patch.patch_class], where, chart,
+        classes_->bases[patch.patch_class], where, chart,
         [&](Index i, int c) { return points[patch.points[i]][c]; });
     const auto vector = [&](int r) {
         return Vec3<T>(Vec3<double>(block[0][r], block[1][r], block[2][r]));
@@ -204,7 +216,7 @@ void Evaluator::evaluate_many(std::span<const Vec3<T>> points,
     if (where.empty())
         return;
     const PatchRef patch = table_->patch(where[0].patch);
-    const PatchBasis& basis = bases_[patch.patch_class];
+    const PatchBasis& basis = classes_->bases[patch.patch_class];
     constexpr std::size_t kMost = detail::kLanes, kFewest = kMost / 2;
     double net[3 * detail::kMostManyPoints];
     double* next = net;
@@ -251,7 +263,7 @@ void Evaluator::evaluate_channels(std::span<const T> values, int n_channels,
     assert(values.size() == std::size_t(table_->n_points()) * n_channels);
     assert(out.size() == std::size_t(n_derivatives(order)) * n_channels);
     const PatchRef patch = table_->patch(where.patch);
-    const PatchBasis& basis = bases_[patch.patch_class];
+    const PatchBasis& basis = classes_->bases[patch.patch_class];
     switch (order) {
         case 0:
             return channels<0>(basis, patch.points, values, n_channels, where, chart,
@@ -267,7 +279,7 @@ void Evaluator::evaluate_channels(std::span<const T> values, int n_channels,
 
 void Evaluator::weights(const PatchPoint& where, int order, Chart chart,
                         std::span<double> out) const noexcept {
-    const PatchBasis& basis = this->basis(where.patch);
+    const PatchBasis& basis = classes_->bases[table_->patch(where.patch).patch_class];
     assert(out.size() ==
            std::size_t(n_derivatives(order)) * basis.patch_class().n_points());
     switch (order) {

@@ -3,12 +3,13 @@
 
 #pragma once
 
+#include <memory>
 #include <span>
-#include <vector>
 
-#include "eval/patch_basis.h"
-#include "eval/surface_jet.h"
-#include "far/patch_table.h"
+#include <osdx/address.h>
+#include <osdx/patch_table.h>
+#include <osdx/place.h>
+#include <osdx/surface_jet.h>
 
 namespace osdx {
 
@@ -32,11 +33,11 @@ class Evaluator {
 public:
     /// \pre the table outlives the evaluator
     explicit Evaluator(const PatchTable& table);
+    Evaluator(Evaluator&&) noexcept;
+    Evaluator& operator=(Evaluator&&) noexcept;
+    ~Evaluator();
 
     const PatchTable& table() const noexcept { return *table_; }
-    const PatchBasis& basis(Index patch) const noexcept {
-        return bases_[table_->patch(patch).patch_class];
-    }
 
     /// Position and derivatives up to Order (0, 1 or 2).
     /// \param points  all control points, table().n_points() of them
@@ -79,8 +80,10 @@ public:
                  std::span<double> out) const noexcept;
 
 private:
+    struct Classes;
+
     const PatchTable* table_;
-    std::vector<PatchBasis> bases_;  // by patch class
+    std::unique_ptr<const Classes> classes_;
 };
 
 }  // namespace osdx

@@ -1,14 +1,6 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
-#include "eval/grid_evaluator.h"
-
-#include <tbb/blocked_range.h>
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-
-#include <hwy/cache_control.h>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -21,9 +13,15 @@
 #include <utility>
 #include <vector>
 
-#include "eval/bspline_basis.h"
-#include "eval/grid_kernels.h"
-#include "far/buffer.h"
+#include <osdx/buffer.h>
+#include <osdx/grid_evaluator.h>
+
+#include <hwy/cache_control.h>
+
+#include "eval/bases/bspline.h"
+#include "eval/bases/gregory.h"
+#include "eval/kernels/grid.h"
+#include "far/parallel.h"
 
 namespace osdx {
 namespace {
@@ -378,16 +376,15 @@ struct GridEvaluator<T>::Plan {
     /// Calls f(scratch, block) for all blocks.
     template <class F>
     void for_each_local(bool with_block, F&& f) const {
-        tbb::enumerable_thread_specific<Scratch> scratch([&] {
+        detail::PerThread<Scratch> scratch([&] {
             return Scratch{AlignedArray<T>(tile_space),
                            AlignedArray<T>(with_block ? block_space * n_values() : 0)};
         });
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n_blocks()),
-                          [&](const auto& range) {
-                              const Scratch& local = scratch.local();
-                              for (std::size_t b = range.begin(); b < range.end(); ++b)
-                                  f(local, b);
-                          });
+        detail::for_each_range(n_blocks(), 1, [&](std::size_t begin, std::size_t end) {
+            const Scratch& local = scratch.local();
+            for (std::size_t b = begin; b < end; ++b)
+                f(local, b);
+        });
     }
     /// \param out  of the first sample of the block on
     void evaluate_block(std::span<const Vec3<T>> points, std::size_t block,
@@ -437,7 +434,7 @@ void GridEvaluator<T>::Plan::make_tables() {
         tile_space = std::max(tile_space, grid::scratch_size(tables[s]));
     }
     weights = AlignedArray<T>(n_weights);
-    tbb::parallel_for(std::size_t(0), made.size(), [&](std::size_t m) {
+    detail::for_each_task(made.size(), [&](std::size_t m) {
         const auto [s, place] = made[m];
         T* out = weights.data() + place;
         if (tables[s].product_degree > 0)
@@ -460,7 +457,7 @@ void GridEvaluator<T>::Plan::turn_sectors() {
     for (std::size_t i = 0; i < tiles.size(); ++i)
         first[i + 1] = first[i] + (turns(tiles[i]) ? tables[tiles[i].shape].n_points : 0);
     turned_points.resize(first.back());
-    tbb::parallel_for(std::size_t(0), tiles.size(), [&](std::size_t i) {
+    detail::for_each_task(tiles.size(), [&](std::size_t i) {
         if (first[i] == first[i + 1])
             return;
         Tile& tile = tiles[i];
@@ -480,7 +477,7 @@ void GridEvaluator<T>::Plan::make_full(const Shape& shape, const grid::Table<T>&
     const std::size_t rows = t.derivative_rows();
     constexpr std::size_t kPanel = grid::kPanel<T>;
     std::fill_n(out, t.n_rows() * n, T(0));
-    tbb::parallel_for(0, shape.ny, [&](int j) {
+    detail::for_each_task(shape.ny, [&](int j) {
         std::vector<double> w(n_values() * n);
         for (int i = 0; i < shape.nx; ++i) {
             evaluator->weights(place(shape, patch, i, j), options.order, chart(c), w);
@@ -555,7 +552,7 @@ void GridEvaluator<T>::Plan::make_blocks(const std::vector<Index>& first_tile_of
         first_tile.push_back(first_tile_of[unit]);
     for (std::size_t b = 0; b < n_blocks(); ++b)
         block_space = std::max(block_space, grid::padded<T>(3 * block_size(b)));
-    tbb::parallel_for(std::size_t(0), n_blocks(), [&](std::size_t b) {
+    detail::for_each_task(n_blocks(), [&](std::size_t b) {
         for (Index unit = first_unit[b]; unit < first_unit[b + 1]; ++unit) {
             const auto offset =
                 static_cast<Index>(first_sample[unit] - first_sample[first_unit[b]]);
@@ -674,7 +671,7 @@ GridEvaluator<T>::GridEvaluator(const Evaluator& evaluator, int rate,
     std::vector<Chunk> chunks((n_faces + kChunk - 1) / kChunk);
     std::vector<Index> first_tile(n_faces + 1, 0);  // in the chunk, then of all
     plan->first_sample.resize(n_faces + 1);
-    tbb::parallel_for(std::size_t(0), chunks.size(), [&](std::size_t i) {
+    detail::for_each_task(chunks.size(), [&](std::size_t i) {
         Tiler tiler(table, rate);
         const Index first = static_cast<Index>(i) * kChunk;
         for (Index f = first; f < std::min(n_faces, first + kChunk); ++f) {
@@ -692,7 +689,7 @@ GridEvaluator<T>::GridEvaluator(const Evaluator& evaluator, int rate,
     }
     plan->shapes = shapes.shapes();
     plan->tiles.resize(offset.back());
-    tbb::parallel_for(std::size_t(0), chunks.size(), [&](std::size_t i) {
+    detail::for_each_task(chunks.size(), [&](std::size_t i) {
         const Index first = static_cast<Index>(i) * kChunk;
         for (Index f = first; f < std::min(n_faces, first + kChunk); ++f)
             first_tile[f + 1] += offset[i];

@@ -9,8 +9,8 @@
 #include <memory>
 #include <span>
 
-#include "eval/evaluator.h"
-#include "far/types.h"
+#include <osdx/evaluator.h>
+#include <osdx/types.h>
 
 namespace osdx {
 

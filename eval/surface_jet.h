@@ -4,9 +4,10 @@
 #pragma once
 
 #include <cmath>
+
 #include <glm/geometric.hpp>
 
-#include "far/types.h"
+#include <osdx/types.h>
 
 namespace osdx {
 

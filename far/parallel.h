@@ -3,8 +3,6 @@
 
 #pragma once
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
@@ -12,11 +10,17 @@
 #include <utility>
 #include <vector>
 
-#include "far/buffer.h"
-#include "far/types.h"
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
+#include <tbb/parallel_reduce.h>
 
-/// Loops on all threads. Ranges are cut into chunks of a fixed size, so that what is made chunk
-/// by chunk does not depend on the number of threads.
+#include <osdx/buffer.h>
+#include <osdx/types.h>
+
+/// The one door to threads: loops on all of the caller's. Chunks are of a fixed size, so that
+/// what is made chunk by chunk does not depend on the number of threads.
 ///
 /// For the sources of this project: no public header includes this.
 namespace osdx::detail {
@@ -43,6 +47,45 @@ void for_each_chunk(std::size_t n, std::size_t size, F&& f) {
     }
     tbb::parallel_for(std::size_t(0), n_chunks(n, size), run);
 }
+
+/// Calls f(begin, end) for parts of [0, n), cut as threads are free, down to `grain`.
+template <class Number, class F>
+void for_each_range(Number n, std::size_t grain, F&& f) {
+    tbb::parallel_for(tbb::blocked_range<Number>(0, n, grain),
+                      [&](const auto& range) { f(range.begin(), range.end()); });
+}
+
+/// Calls f(i) for i in [0, n), of which each may be a task.
+template <class Number, class F>
+void for_each_task(Number n, F&& f) {
+    tbb::parallel_for(Number(0), n, f);
+}
+
+/// Calls both.
+template <class F, class G>
+void in_parallel(F&& f, G&& g) {
+    tbb::parallel_invoke(f, g);
+}
+
+/// add(begin, end, sum) for parts of [0, n), merged in an order that does not depend on the
+/// number of threads, by a.merge(b).
+template <class Sum, class Number, class Add>
+Sum sum_over(Number n, std::size_t grain, Add&& add) {
+    return tbb::parallel_deterministic_reduce(
+        tbb::blocked_range<Number>(0, n, grain), Sum{},
+        [&](const auto& range, Sum sum) {
+            add(range.begin(), range.end(), sum);
+            return sum;
+        },
+        [](Sum a, const Sum& b) {
+            a.merge(b);
+            return a;
+        });
+}
+
+/// One T for each thread that asks for its local() one.
+template <class T>
+using PerThread = tbb::enumerable_thread_specific<T>;
 
 /// Calls f(i) for i in [0, n).
 template <class F>

@@ -8,7 +8,7 @@
 #include <utility>
 #include <variant>
 
-#include "far/types.h"
+#include <osdx/types.h>
 
 namespace osdx {
 

@@ -1,16 +1,17 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
-#include "osd_ext/surface.h"
-
-#include <fmt/format.h>
-#include <tbb/parallel_invoke.h>
-
 #include <cmath>
 #include <functional>
 #include <map>
 
-#include "far/features.h"
+#include <fmt/format.h>
+
+#include <osdx/build_patch_table.h>
+#include <osdx/build_topology.h>
+#include <osdx/features.h>
+#include <osdx/surface.h>
+
 #include "far/parallel.h"
 
 namespace osdx {
@@ -45,7 +46,7 @@ Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& optio
 
     Surface s;
     s.table_ = std::make_unique<const PatchTable>(std::move(*table));
-    tbb::parallel_invoke(
+    detail::in_parallel(
         [&] { s.evaluator_ = std::make_unique<const Evaluator>(*s.table_); },
         [&] {
             s.points_.resize(s.table_->n_points());

@@ -8,13 +8,14 @@
 #include <span>
 #include <vector>
 
-#include "eval/evaluator.h"
-#include "far/buffer.h"
-#include "far/dependents.h"
-#include "far/features.h"
-#include "far/mesh.h"
-#include "far/patch_table.h"
-#include "osd_ext/tessellation.h"
+#include <osdx/buffer.h>
+#include <osdx/build_patch_table.h>
+#include <osdx/dependents.h>
+#include <osdx/evaluator.h>
+#include <osdx/features.h>
+#include <osdx/mesh_data.h>
+#include <osdx/tessellation.h>
+#include <osdx/topology.h>
 
 namespace osdx {
 
@@ -44,13 +45,6 @@ public:
     ///         return.
     static Result<Surface> build(const MeshData& mesh,
                                  const SurfaceOptions& options = {});
-
-    /// The same for any OpenMesh polygon mesh without deleted elements.
-    template <class Traits>
-    static Result<Surface> build(const OpenMesh::PolyMesh_ArrayKernelT<Traits>& mesh,
-                                 const SurfaceOptions& options = {}) {
-        return build(to_mesh_data(mesh), options);
-    }
 
     const Topology& base() const noexcept { return table_->base(); }
     /// Borders, creases, corners and holes; see PatchTable::features().

@@ -1,12 +1,6 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
-#include "osd_ext/tessellation.h"
-
-#include <tbb/blocked_range.h>
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cassert>
 #include <cstdint>
@@ -14,7 +8,10 @@
 #include <numeric>
 #include <utility>
 
-#include "eval/grid_evaluator.h"
+#include <osdx/grid_evaluator.h>
+#include <osdx/tessellation.h>
+
+#include "far/parallel.h"
 
 namespace osdx {
 namespace {
@@ -206,11 +203,10 @@ public:
 private:
     template <class F>
     void for_each_face(F&& f) const {
-        tbb::parallel_for(tbb::blocked_range<Index>(0, base_.n_faces(), 64),
-                          [&](const auto& range) {
-                              for (Index i = range.begin(); i < range.end(); ++i)
-                                  f(i);
-                          });
+        detail::for_each_range(base_.n_faces(), 64, [&](Index begin, Index end) {
+            for (Index i = begin; i < end; ++i)
+                f(i);
+        });
     }
 
     bool is_hole(Index face) const {
@@ -227,8 +223,8 @@ private:
         vertex_point_.assign(n, kInvalidIndex);
         vertex_side_.assign(base_.n_halfedges(), kInvalidIndex);
         std::vector<std::uint8_t> has_sharp(n, 0);
-        tbb::parallel_for(tbb::blocked_range<Index>(0, n, 1024), [&](const auto& range) {
-            for (Index v = range.begin(); v < range.end(); ++v) {
+        detail::for_each_range(n, 1024, [&](Index begin, Index end) {
+            for (Index v = begin; v < end; ++v) {
                 base_.for_each_outgoing(v, [&](Index h) {
                     if (vertex_owner_[v] == kInvalidIndex && !is_hole(base_.face(h)))
                         vertex_owner_[v] = h;
@@ -420,7 +416,7 @@ private:
         std::size_t facet, corner;
     };
     std::vector<Face> faces_;
-    tbb::enumerable_thread_specific<std::vector<Index>> point_numbers_, normal_numbers_;
+    detail::PerThread<std::vector<Index>> point_numbers_, normal_numbers_;
 };
 
 }  // namespace

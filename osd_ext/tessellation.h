@@ -8,12 +8,13 @@
 #include <span>
 #include <vector>
 
-#include "eval/evaluator.h"
-#include "eval/surface_jet.h"
-#include "far/address.h"
-#include "far/buffer.h"
-#include "far/features.h"
-#include "far/types.h"
+#include <osdx/address.h>
+#include <osdx/buffer.h>
+#include <osdx/evaluator.h>
+#include <osdx/features.h>
+#include <osdx/surface_jet.h>
+#include <osdx/topology.h>
+#include <osdx/types.h>
 
 namespace osdx {
 

@@ -1,11 +1,12 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
-#include "osd_ext/texture.h"
-
 #include <array>
 #include <cassert>
 #include <utility>
+
+#include <osdx/build_topology.h>
+#include <osdx/texture.h>
 
 namespace osdx {
 

@@ -7,10 +7,11 @@
 #include <optional>
 #include <vector>
 
-#include "eval/evaluator.h"
-#include "far/face_varying.h"
-#include "osd_ext/surface.h"
-#include "osd_ext/tessellation.h"
+#include <osdx/evaluator.h>
+#include <osdx/face_varying.h>
+#include <osdx/mesh_data.h>
+#include <osdx/surface.h>
+#include <osdx/tessellation.h>
 
 namespace osdx {
 

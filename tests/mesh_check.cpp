@@ -7,8 +7,6 @@
 // Usage: mesh_check MESH [DEGREE...]. Prints one row; status 0: all is well, 3: refused, 1: too large a
 // jump or no number.
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -17,9 +15,13 @@
 #include <string>
 #include <vector>
 
-#include "osd_ext/continuity.h"
-#include "osd_ext/surface.h"
-#include "tests/border_curve.h"
+#include <fmt/format.h>
+
+#include <osdx/analysis/continuity.h>
+#include <osdx/mesh_file.h>
+#include <osdx/surface.h>
+
+#include "tests/support/border_curve.h"
 
 namespace osdx {
 namespace {

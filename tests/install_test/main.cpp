@@ -1,10 +1,11 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
-#include <osd_ext/export.h>
-#include <osd_ext/surface.h>
-
 #include <cstdio>
+
+#include <osdx/files/tessellation_file.h>
+#include <osdx/mesh_file.h>
+#include <osdx/surface.h>
 
 int main(int, char** argv) {
     const auto mesh = osdx::read_mesh(argv[1]);

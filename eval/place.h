@@ -1,0 +1,24 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <cstdint>
+
+#include <osdx/types.h>
+
+namespace osdx {
+
+/// The variables that derivatives are taken in.
+enum class Chart : std::uint8_t {
+    BaseUV,  ///< (u, v) of the base face; of the bilinear sector (a, b) for n-sided patches
+    Native,  ///< (x, y) of the regular n-gon; (s, t) of [0,1]^2 for patches of four sides
+};
+
+/// A point of the domain of a patch; see PatchPoint.
+struct DomainPoint {
+    int sector = 0;
+    double a = 0, b = 0;
+};
+
+}  // namespace osdx

@@ -1,0 +1,36 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <span>
+
+#include <osdx/mesh_data.h>
+
+#include "far/mesh/formats/output.h"
+
+namespace osdx::detail {
+
+/// Calls f(the vertices of the face).
+template <class F>
+void for_each_face(const MeshData& mesh, F&& f) {
+    std::span<const Index> vertices = mesh.face_vertices;
+    for (const Index n : mesh.face_sizes) {
+        f(vertices.first(n));
+        vertices = vertices.subspan(n);
+    }
+}
+
+/// The vertices and faces as OFF and text PLY have them after their headers.
+inline void write_body(Output& out, const MeshData& mesh) {
+    for (const Vec3<double>& p : mesh.positions)
+        out.text("{} {} {}\n", p.x, p.y, p.z);
+    for_each_face(mesh, [&](std::span<const Index> face) {
+        out.text("{}", face.size());
+        for (const Index v : face)
+            out.text(" {}", v);
+        out.text("\n");
+    });
+}
+
+}  // namespace osdx::detail

@@ -1,0 +1,272 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cctype>
+#include <cstdint>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "far/mesh/formats/body.h"
+#include "far/mesh/formats/formats.h"
+#include "far/mesh/formats/output.h"
+#include "far/mesh/formats/scan.h"
+
+namespace osdx::detail {
+namespace {
+
+Status read_obj_uv(Words words, Index line, MeshData& mesh) {
+    const auto i = static_cast<Index>(mesh.uvs.size());
+    const std::string where = fmt::format("texture coordinate {}", i);
+    if (words.empty()) {
+        return fail(ErrorCode::FileFormat, fmt::format("{} has no numbers", where), i,
+                    line);
+    }
+    Vec2<double> uv(0);  // the second number may be missing
+    for (int k = 0; k < 2 && k < static_cast<int>(words.size()); ++k) {
+        const auto x = parse<double>(words[k]);
+        if (!x)
+            return unexpected(where, words[k], "a number", i, line);
+        uv[k] = *x;
+    }
+    mesh.uvs.push_back(uv);
+    return ok();
+}
+
+/// The numbers of a corner "v", "v/vt", "v//vn" or "v/vt/vn". All but the first may be missing
+/// even after a slash, as some writers have it.
+struct ObjCorner {
+    std::int64_t vertex;
+    std::optional<std::int64_t> uv;
+};
+
+std::optional<ObjCorner> parse_obj_corner(std::string_view word) {
+    std::array<std::optional<std::int64_t>, 3> numbers;
+    for (std::size_t n = 0;; ++n) {
+        const std::string_view number = word.substr(0, word.find('/'));
+        if (n == 3 || (n == 0 && number.empty()))
+            return std::nullopt;
+        if (!number.empty() && !(numbers[n] = parse<std::int64_t>(number)))
+            return std::nullopt;
+        if (number.size() == word.size())
+            return ObjCorner{*numbers[0], numbers[1]};
+        word.remove_prefix(number.size() + 1);
+    }
+}
+
+/// From OBJ's count, from 1 or backwards from the last of `n`, to ours from 0.
+Result<std::int64_t> obj_index(const MeshData& mesh, std::int64_t index, std::size_t n,
+                               std::string_view what, std::string_view plural,
+                               Index line) {
+    const auto bad = [&](std::string_view why) {
+        const Index f = next_face(mesh);
+        return fail(ErrorCode::IndexOutOfRange,
+                    fmt::format("face {} names {} {}, {}", f, what, index, why), f, line);
+    };
+    if (index == 0)
+        return bad(fmt::format("but OBJ counts {} from 1", plural));
+    if (index > 0)
+        return index - 1;
+    const auto count = static_cast<std::int64_t>(n);
+    if (index < -count)
+        return bad(fmt::format("but only {} {} precede it", n, plural));
+    return count + index;
+}
+
+Status add_obj_corner(MeshData& mesh, std::string_view word, Index line) {
+    const Index f = next_face(mesh);
+    const auto corner = parse_obj_corner(word);
+    if (!corner) {
+        return unexpected(fmt::format("face {}", f), word,
+                          "a corner v, v/vt, v//vn or v/vt/vn", f, line);
+    }
+    const auto vertex = obj_index(mesh, corner->vertex, mesh.positions.size(), "vertex",
+                                  "vertices", line);
+    if (!vertex)
+        return vertex.error();
+    if (corner->uv) {
+        const auto uv = obj_index(mesh, *corner->uv, mesh.uvs.size(),
+                                  "texture coordinate", "texture coordinates", line);
+        if (!uv)
+            return uv.error();
+        // What is beyond 32 bits is beyond the list as well, whose check comes later.
+        mesh.face_uvs.push_back(
+            static_cast<Index>(std::min<std::int64_t>(*uv, kInvalidIndex)));
+    }
+    return add_corner(mesh, *vertex, line);
+}
+
+Status read_obj_face(Words words, Index line, MeshData& mesh) {
+    const std::size_t first = mesh.face_vertices.size();
+    const std::size_t first_uv = mesh.face_uvs.size();
+    for (const std::string_view word : words) {
+        if (Status status = add_obj_corner(mesh, word, line); !status)
+            return status;
+    }
+    const Index f = next_face(mesh);
+    const std::size_t n_uvs = mesh.face_uvs.size() - first_uv;
+    if (n_uvs != 0 && n_uvs != words.size()) {
+        return fail(ErrorCode::FileFormat,
+                    fmt::format("face {} has texture coordinates at {} of {} corners", f,
+                                n_uvs, words.size()),
+                    f, line);
+    }
+    if (f > 0 && (n_uvs != 0) != (first_uv != 0)) {
+        return fail(ErrorCode::FileFormat,
+                    fmt::format("face {} has {} texture coordinates, unlike the faces "
+                                "before it",
+                                f, n_uvs == 0 ? "no" : "some"),
+                    f, line);
+    }
+    return end_face(mesh, first, line);
+}
+
+/// The counts of a tag, "2/1/0".
+std::optional<std::array<std::size_t, 3>> parse_tag_counts(std::string_view word) {
+    std::array<std::size_t, 3> counts;
+    for (int i = 0; i < 3; ++i) {
+        const std::string_view part = i < 2 ? word.substr(0, word.find('/')) : word;
+        const auto count = parse<std::int64_t>(part);
+        if (!count || *count < 0 || *count > kInvalidIndex)
+            return std::nullopt;
+        counts[i] = static_cast<std::size_t>(*count);
+        word.remove_prefix(std::min(part.size() + 1, word.size()));
+    }
+    return counts;
+}
+
+Status read_tag_values(Words words, std::string_view where,
+                       const std::array<std::size_t, 3>& counts, Tag& tag) {
+    for (const std::string_view word : words.first(counts[0])) {
+        const auto value = parse<std::int64_t>(word);
+        if (!value || !std::in_range<int>(*value))
+            return unexpected(where, word, "an integer", kInvalidIndex, tag.line);
+        tag.ints.push_back(static_cast<int>(*value));
+    }
+    for (const std::string_view word : words.subspan(counts[0], counts[1])) {
+        const auto value = parse<double>(word);
+        if (!value)
+            return unexpected(where, word, "a number", kInvalidIndex, tag.line);
+        tag.floats.push_back(*value);
+    }
+    for (const std::string_view word : words.last(counts[2]))
+        tag.text.emplace_back(word);
+    return ok();
+}
+
+Status read_tag(Words words, Index line, MeshData& mesh) {
+    if (words.size() < 2) {
+        return fail(ErrorCode::FileFormat,
+                    "a tag needs a name and its counts ints/floats/strings",
+                    kInvalidIndex, line);
+    }
+    const std::string where = fmt::format("tag {}", printable(words[0]));
+    const auto counts = parse_tag_counts(words[1]);
+    if (!counts) {
+        return unexpected(where, words[1], "the counts ints/floats/strings",
+                          kInvalidIndex, line);
+    }
+    const Words values = words.subspan(2);
+    const std::size_t n = (*counts)[0] + (*counts)[1] + (*counts)[2];
+    if (n != values.size()) {
+        return fail(
+            ErrorCode::FileFormat,
+            fmt::format("{} announces {} values, but has {}", where, n, values.size()),
+            kInvalidIndex, line);
+    }
+    Tag tag{.name = std::string(words[0]),
+            .ints = {},
+            .floats = {},
+            .text = {},
+            .line = line};
+    if (Status status = read_tag_values(values, where, *counts, tag); !status)
+        return status;
+    mesh.tags.push_back(std::move(tag));
+    return ok();
+}
+
+/// Whether the reader of OBJ takes `text` as one word.
+bool is_word(std::string_view text) {
+    return !text.empty() && text.front() != '#' && text.back() != '\\' &&
+           std::ranges::none_of(text, [](unsigned char c) { return std::isspace(c); });
+}
+
+void write_tag(Output& out, const Tag& tag) {
+    out.text("t {} {}/{}/{}", tag.name, tag.ints.size(), tag.floats.size(),
+             tag.text.size());
+    for (const int value : tag.ints)
+        out.text(" {}", value);
+    for (const double value : tag.floats)
+        out.text(" {}", value);
+    for (const std::string& word : tag.text)
+        out.text(" {}", word);
+    out.text("\n");
+}
+
+}  // namespace
+
+Result<MeshData> read_obj(std::string_view text) {
+    MeshData mesh;
+    LineScanner lines(text, {.comments = true, .continuations = true});
+    while (lines.next()) {
+        const std::string_view keyword = lines.words().front();
+        const Words words = lines.words().subspan(1);
+        Status status = ok();
+        if (keyword == "v")
+            status = read_vertex(words, lines.line(), mesh);
+        else if (keyword == "vt")
+            status = read_obj_uv(words, lines.line(), mesh);
+        else if (keyword == "f")
+            status = read_obj_face(words, lines.line(), mesh);
+        else if (keyword == "t")
+            status = read_tag(words, lines.line(), mesh);
+        if (!status)
+            return status.error();
+    }
+    if (const Status status = check_uvs(mesh); !status)
+        return status.error();
+    return finish(std::move(mesh));
+}
+
+Status check_obj(const MeshData& mesh) {
+    if (Status status = check_shapes(mesh); !status)
+        return status;
+    for (std::size_t i = 0; i < mesh.tags.size(); ++i) {
+        const Tag& tag = mesh.tags[i];
+        if (!is_word(tag.name) || !std::ranges::all_of(tag.text, is_word)) {
+            return fail(ErrorCode::WriteFailed,
+                        fmt::format("tag {} has a text that is not one word", i));
+        }
+    }
+    return ok();
+}
+
+void write_obj(std::ostream& stream, const MeshData& mesh) {
+    Output out(stream);
+    for (const Vec3<double>& p : mesh.positions)
+        out.text("v {} {} {}\n", p.x, p.y, p.z);
+    for (const Vec2<double>& uv : mesh.uvs)
+        out.text("vt {} {}\n", uv.x, uv.y);
+    std::size_t corner = 0;
+    for_each_face(mesh, [&](std::span<const Index> face) {
+        out.text("f");
+        for (const Index v : face) {
+            out.text(" {}", std::uint64_t{v} + 1);
+            if (!mesh.face_uvs.empty())
+                out.text("/{}", std::uint64_t{mesh.face_uvs[corner++]} + 1);
+        }
+        out.text("\n");
+    });
+    for (const Tag& tag : mesh.tags)
+        write_tag(out, tag);
+}
+
+}  // namespace osdx::detail

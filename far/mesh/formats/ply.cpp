@@ -1,0 +1,450 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cctype>
+#include <cstdint>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "far/mesh/formats/body.h"
+#include "far/mesh/formats/formats.h"
+#include "far/mesh/formats/output.h"
+#include "far/mesh/formats/scan.h"
+
+namespace osdx::detail {
+namespace {
+
+// ---- PLY: header ----
+
+enum class Scalar : std::uint8_t {
+    Int8,
+    UInt8,
+    Int16,
+    UInt16,
+    Int32,
+    UInt32,
+    Float32,
+    Float64
+};
+
+bool is_integer(Scalar type) {
+    return type < Scalar::Float32;
+}
+
+std::optional<Scalar> parse_scalar(std::string_view word) {
+    using enum Scalar;
+    static constexpr std::array<std::pair<std::string_view, Scalar>, 16> kNames{{
+        {"char", Int8},
+        {"uchar", UInt8},
+        {"short", Int16},
+        {"ushort", UInt16},
+        {"int", Int32},
+        {"uint", UInt32},
+        {"float", Float32},
+        {"double", Float64},
+        {"int8", Int8},
+        {"uint8", UInt8},
+        {"int16", Int16},
+        {"uint16", UInt16},
+        {"int32", Int32},
+        {"uint32", UInt32},
+        {"float32", Float32},
+        {"float64", Float64},
+    }};
+    for (const auto& [name, type] : kNames) {
+        if (name == word)
+            return type;
+    }
+    return std::nullopt;
+}
+
+/// What a property is to a mesh; X, Y, Z are the coordinates 0, 1, 2.
+enum class Role : std::uint8_t { X, Y, Z, Corners, None };
+
+struct PlyProperty {
+    std::string_view name;
+    Scalar type;
+    bool is_list = false;
+    Scalar count_type = Scalar::UInt8;  ///< of a list
+    Role role = Role::None;
+};
+
+struct PlyElement {
+    std::string_view name;
+    std::int64_t count;
+    std::vector<PlyProperty> properties;
+    Index line;
+};
+
+enum class PlyFormat : std::uint8_t { Text, LittleEndian, BigEndian };
+
+struct PlyHeader {
+    std::optional<PlyFormat> format;
+    std::vector<PlyElement> elements;
+};
+
+Error header_error(std::string message, Index line) {
+    return fail(ErrorCode::FileFormat, std::move(message), kInvalidIndex, line);
+}
+
+Status read_ply_format(Words words, Index line, PlyHeader& header) {
+    static constexpr std::array<std::string_view, 3> kNames{
+        "ascii", "binary_little_endian", "binary_big_endian"};
+    const auto name = words.size() == 3 && words[2] == "1.0"
+                          ? std::ranges::find(kNames, words[1])
+                          : kNames.end();
+    if (name == kNames.end()) {
+        return header_error(
+            "the format is none of ascii, binary_little_endian and "
+            "binary_big_endian in version 1.0",
+            line);
+    }
+    header.format = static_cast<PlyFormat>(name - kNames.begin());
+    return ok();
+}
+
+Status read_ply_element(Words words, Index line, PlyHeader& header) {
+    const auto count = words.size() == 3 ? parse<std::int64_t>(words[2]) : std::nullopt;
+    if (!count || *count < 0)
+        return header_error("an element line is not 'element name count'", line);
+    if (std::ranges::count(header.elements, words[1], &PlyElement::name) > 0) {
+        return header_error(
+            fmt::format("element {} is declared twice", printable(words[1])), line);
+    }
+    header.elements.push_back({words[1], *count, {}, line});
+    return ok();
+}
+
+/// "property type name" or "property list count_type type name".
+Status read_ply_property(Words words, Index line, PlyHeader& header) {
+    const bool is_list = words.size() == 5 && words[1] == "list";
+    if (header.elements.empty() || (!is_list && words.size() != 3)) {
+        return header_error(
+            "a property line is not 'property [list type] type name' after "
+            "an element line",
+            line);
+    }
+    const std::string_view name = words.back();
+    const auto type = parse_scalar(words[words.size() - 2]);
+    const auto count_type = parse_scalar(is_list ? words[2] : "uchar");
+    if (!type || !count_type || !is_integer(*count_type)) {
+        return header_error(
+            fmt::format("property {} has a type that PLY does not have", printable(name)),
+            line);
+    }
+    std::vector<PlyProperty>& properties = header.elements.back().properties;
+    if (std::ranges::count(properties, name, &PlyProperty::name) > 0) {
+        return header_error(fmt::format("property {} is declared twice", printable(name)),
+                            line);
+    }
+    properties.push_back({name, *type, is_list, *count_type});
+    return ok();
+}
+
+PlyProperty* find_property(PlyElement& element, std::string_view name) {
+    const auto p = std::ranges::find(element.properties, name, &PlyProperty::name);
+    return p == element.properties.end() ? nullptr : &*p;
+}
+
+/// Finds the coordinates of vertices and the corners of faces.
+Status assign_roles(PlyElement& element) {
+    if (element.name == "vertex") {
+        for (const Role role : {Role::X, Role::Y, Role::Z}) {
+            const std::string_view name =
+                std::string_view("xyz").substr(static_cast<std::size_t>(role), 1);
+            PlyProperty* p = find_property(element, name);
+            if (!p || p->is_list) {
+                return header_error(fmt::format("element vertex has no number {}", name),
+                                    element.line);
+            }
+            p->role = role;
+        }
+    } else if (element.name == "face") {
+        PlyProperty* p = find_property(element, "vertex_indices");
+        if (!p)
+            p = find_property(element, "vertex_index");
+        if (!p || !p->is_list || !is_integer(p->type)) {
+            return header_error("element face has no list of integers vertex_indices",
+                                element.line);
+        }
+        p->role = Role::Corners;
+    }
+    return ok();
+}
+
+Status check_ply_header(PlyHeader& header, Index line) {
+    if (!header.format)
+        return header_error("the header has no format line", line);
+    for (PlyElement& element : header.elements) {
+        if (Status status = assign_roles(element); !status)
+            return status;
+    }
+    return ok();
+}
+
+/// Reads up to the line end_header.
+Result<PlyHeader> read_ply_header(LineScanner& lines) {
+    if (!lines.next() || lines.words()[0] != "ply")
+        return header_error("the file does not start with ply", lines.line());
+    PlyHeader header;
+    while (lines.next()) {
+        const Words words = lines.words();
+        Status status = ok();
+        if (words[0] == "format") {
+            status = read_ply_format(words, lines.line(), header);
+        } else if (words[0] == "element") {
+            status = read_ply_element(words, lines.line(), header);
+        } else if (words[0] == "property") {
+            status = read_ply_property(words, lines.line(), header);
+        } else if (words[0] == "end_header") {
+            status = check_ply_header(header, lines.line());
+            if (status)
+                return header;
+        } else if (words[0] != "comment" && words[0] != "obj_info") {
+            return unexpected("the header", words[0], "a line of a PLY header",
+                              kInvalidIndex, lines.line());
+        }
+        if (!status)
+            return status.error();
+    }
+    return header_error("the file ends before end_header", lines.line());
+}
+
+// ---- PLY: data ----
+//
+// A source yields the values of one item (a vertex, a face, ...) after the other:
+//   begin()     goes to the next item; false at the end of the file
+//   next<T>()   the next value of the item; none if there is none, and problem() says why
+//   end()       whether the item has no more values
+//   line()      of the item; 0 in binary files
+
+/// Values in text: a line for each item.
+class TextSource {
+public:
+    explicit TextSource(LineScanner& lines) : lines_(lines) {}
+
+    bool begin() {
+        next_ = 0;
+        return lines_.next();
+    }
+    bool end() const { return next_ == lines_.words().size(); }
+    Index line() const { return lines_.line(); }
+
+    template <class T>
+    std::optional<T> next(Scalar type) {
+        if (end()) {
+            problem_ = "has too few values";
+            return std::nullopt;
+        }
+        const std::string_view word = lines_.words()[next_++];
+        const auto value = is_integer(type) ? as<T>(parse<std::int64_t>(word))
+                                            : as<T>(parse<double>(word));
+        if (!value) {
+            problem_ = fmt::format("has '{}' where {} is expected", printable(word),
+                                   is_integer(type) ? "an integer" : "a number");
+        }
+        return value;
+    }
+    const std::string& problem() const { return problem_; }
+
+private:
+    template <class T, class U>
+    static std::optional<T> as(std::optional<U> value) {
+        return value ? std::optional<T>(static_cast<T>(*value)) : std::nullopt;
+    }
+
+    LineScanner& lines_;
+    std::size_t next_ = 0;
+    std::string problem_;
+};
+
+/// Values in bytes, with nothing between them.
+class BinarySource {
+public:
+    BinarySource(std::string_view bytes, std::endian order)
+        : bytes_(bytes), swap_(order != std::endian::native) {}
+
+    bool begin() const { return !bytes_.empty(); }
+    bool end() const { return true; }
+    Index line() const { return 0; }
+
+    template <class T>
+    std::optional<T> next(Scalar type) {
+        switch (type) {
+            case Scalar::Int8:
+                return take<T, std::int8_t>();
+            case Scalar::UInt8:
+                return take<T, std::uint8_t>();
+            case Scalar::Int16:
+                return take<T, std::int16_t>();
+            case Scalar::UInt16:
+                return take<T, std::uint16_t>();
+            case Scalar::Int32:
+                return take<T, std::int32_t>();
+            case Scalar::UInt32:
+                return take<T, std::uint32_t>();
+            case Scalar::Float32:
+                return take<T, float>();
+            case Scalar::Float64:
+                return take<T, double>();
+        }
+        return std::nullopt;
+    }
+    std::string problem() const { return "is cut off by the end of the file"; }
+    std::string_view rest() const { return bytes_; }
+
+private:
+    template <class T, class Stored>
+    std::optional<T> take() {
+        std::array<char, sizeof(Stored)> raw;
+        if (bytes_.size() < raw.size())
+            return std::nullopt;
+        std::copy_n(bytes_.data(), raw.size(), raw.data());
+        bytes_.remove_prefix(raw.size());
+        if (swap_)
+            std::ranges::reverse(raw);
+        return static_cast<T>(std::bit_cast<Stored>(raw));
+    }
+
+    std::string_view bytes_;
+    bool swap_;
+};
+
+/// The vertex, the face or the other item that is being read.
+struct PlyItem {
+    std::string_view element;
+    std::int64_t number;
+    Index line;
+    Vec3<double> position{0};
+};
+
+Error broken(const PlyItem& item, std::string_view problem) {
+    return fail(ErrorCode::FileFormat,
+                fmt::format("{} {} {}", printable(item.element), item.number, problem),
+                static_cast<Index>(item.number), item.line);
+}
+
+template <class Source>
+Status read_value(Source& source, const PlyProperty& property, PlyItem& item,
+                  MeshData& mesh) {
+    if (property.role == Role::Corners) {
+        const auto index = source.template next<std::int64_t>(property.type);
+        return index ? add_corner(mesh, *index, item.line)
+                     : broken(item, source.problem());
+    }
+    const auto value = source.template next<double>(property.type);
+    if (!value)
+        return broken(item, source.problem());
+    if (property.role != Role::None)
+        item.position[static_cast<int>(property.role)] = *value;
+    return ok();
+}
+
+template <class Source>
+Status read_property(Source& source, const PlyProperty& property, PlyItem& item,
+                     MeshData& mesh) {
+    if (!property.is_list)
+        return read_value(source, property, item, mesh);
+    const auto n = source.template next<std::int64_t>(property.count_type);
+    if (!n)
+        return broken(item, source.problem());
+    if (*n < 0)
+        return broken(item, fmt::format("has a list of {} values", *n));
+    for (std::int64_t k = 0; k < *n; ++k) {
+        if (Status status = read_value(source, property, item, mesh); !status)
+            return status;
+    }
+    return ok();
+}
+
+template <class Source>
+Status read_item(Source& source, const PlyElement& element, std::int64_t i,
+                 MeshData& mesh) {
+    const std::size_t first = mesh.face_vertices.size();
+    PlyItem item{.element = element.name, .number = i, .line = source.line()};
+    for (const PlyProperty& property : element.properties) {
+        if (Status status = read_property(source, property, item, mesh); !status)
+            return status;
+    }
+    if (!source.end())
+        return broken(item, "has too many values");
+    if (element.name == "vertex")
+        add_vertex(mesh, item.position, item.line);
+    if (element.name == "face")
+        return end_face(mesh, first, item.line);
+    return ok();
+}
+
+template <class Source>
+Status read_items(Source& source, const PlyHeader& header, MeshData& mesh) {
+    for (const PlyElement& element : header.elements) {
+        if (element.properties.empty())
+            continue;  // takes no room in the file, whatever its count
+        for (std::int64_t i = 0; i < element.count; ++i) {
+            if (!source.begin()) {
+                return ends_early(printable(element.name), i, element.count,
+                                  source.line());
+            }
+            if (Status status = read_item(source, element, i, mesh); !status)
+                return status;
+        }
+    }
+    return ok();
+}
+
+}  // namespace
+
+Result<MeshData> read_ply(std::string_view text) {
+    LineScanner lines(text, {});
+    const auto header = read_ply_header(lines);
+    if (!header)
+        return header.error();
+    MeshData mesh;
+    Status status = ok();
+    bool goes_on = false;
+    if (header->format == PlyFormat::Text) {
+        TextSource source(lines);
+        status = read_items(source, *header, mesh);
+        goes_on = status && source.begin();
+    } else {
+        BinarySource source(lines.rest(), header->format == PlyFormat::BigEndian
+                                              ? std::endian::big
+                                              : std::endian::little);
+        status = read_items(source, *header, mesh);
+        goes_on = !std::ranges::all_of(source.rest(), is_space);
+    }
+    if (!status)
+        return status.error();
+    if (goes_on) {
+        return fail(ErrorCode::FileFormat, "the file goes on after its last element",
+                    kInvalidIndex, header->format == PlyFormat::Text ? lines.line() : 0);
+    }
+    return finish(std::move(mesh));
+}
+
+void write_ply(std::ostream& stream, const MeshData& mesh) {
+    Output out(stream);
+    const bool small =
+        std::ranges::all_of(mesh.face_sizes, [](Index n) { return n < 256; });
+    out.text(
+        "ply\n"
+        "format ascii 1.0\n"
+        "element vertex {}\n"
+        "property double x\nproperty double y\nproperty double z\n"
+        "element face {}\n"
+        "property list {} uint vertex_indices\n"
+        "end_header\n",
+        mesh.positions.size(), mesh.face_sizes.size(), small ? "uchar" : "uint");
+    write_body(out, mesh);
+}
+
+}  // namespace osdx::detail

@@ -1,0 +1,99 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include "far/mesh/formats/scan.h"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace osdx::detail {
+
+std::string printable(std::string_view word) {
+    std::string text(word.substr(0, 40));
+    std::ranges::replace_if(
+        text, [](char c) { return c < ' ' || c > '~'; }, '?');
+    return text;
+}
+
+Error unexpected(std::string_view where, std::string_view word, std::string_view expected,
+                 Index element, Index line) {
+    return fail(
+        ErrorCode::FileFormat,
+        fmt::format("{} has '{}' where {} is expected", where, printable(word), expected),
+        element, line);
+}
+
+void add_vertex(MeshData& mesh, const Vec3<double>& position, Index line) {
+    mesh.positions.push_back(position);
+    if (line > 0)
+        mesh.vertex_lines.push_back(line);
+}
+
+Status read_vertex(Words words, Index line, MeshData& mesh) {
+    const Index v = next_vertex(mesh);
+    if (words.size() < 3) {
+        return fail(
+            ErrorCode::FileFormat,
+            fmt::format("vertex {} has {} coordinates instead of 3", v, words.size()), v,
+            line);
+    }
+    Vec3<double> position;
+    for (int i = 0; i < 3; ++i) {
+        const auto x = parse<double>(words[i]);
+        if (!x)
+            return unexpected(fmt::format("vertex {}", v), words[i], "a number", v, line);
+        position[i] = *x;
+    }
+    add_vertex(mesh, position, line);
+    return ok();
+}
+
+namespace {
+
+Error bad_index(const MeshData& mesh, std::int64_t index, std::string_view why,
+                Index line) {
+    const Index f = next_face(mesh);
+    return fail(ErrorCode::IndexOutOfRange,
+                fmt::format("face {} names vertex {}, {}", f, index, why), f, line);
+}
+
+}  // namespace
+
+Status add_corner(MeshData& mesh, std::int64_t index, Index line) {
+    if (index < 0)
+        return bad_index(mesh, index, "but the format counts vertices from 0", line);
+    if (index >= kInvalidIndex)
+        return bad_index(mesh, index, "which is beyond 32 bits", line);
+    mesh.face_vertices.push_back(static_cast<Index>(index));
+    return ok();
+}
+
+Status end_face(MeshData& mesh, std::size_t first, Index line) {
+    const std::size_t n = mesh.face_vertices.size() - first;
+    if (n < 3) {
+        const Index f = next_face(mesh);
+        return fail(ErrorCode::FaceTooSmall, fmt::format("face {} has {} vertices", f, n),
+                    f, line);
+    }
+    mesh.face_sizes.push_back(static_cast<Index>(n));
+    if (line > 0)
+        mesh.face_lines.push_back(line);
+    return ok();
+}
+
+Error ends_early(std::string_view item, std::int64_t i, std::int64_t n, Index line) {
+    return fail(ErrorCode::FileFormat,
+                fmt::format("the file ends before {} {} of {}", item, i, n),
+                static_cast<Index>(i), line);
+}
+
+Result<MeshData> finish(MeshData mesh) {
+    if (mesh.positions.empty())
+        return fail(ErrorCode::EmptyMesh, "the file has no vertices");
+    if (mesh.face_sizes.empty())
+        return fail(ErrorCode::EmptyMesh, "the file has no faces");
+    return mesh;
+}
+
+}  // namespace osdx::detail

@@ -1,0 +1,135 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include <cassert>
+
+#include <osdx/patch_table.h>
+
+#include "far/parallel.h"
+
+namespace osdx {
+namespace {
+
+/// The corner of the unit square in whose quarter a point lies, and the point in that
+/// quarter's frame: corner at (0,0), x along the side that leaves it, unit side. On a middle
+/// line `towards` decides; it is turned along.
+int descend(Vec2<double>& p, Vec2<double>& towards) noexcept {
+    const bool right = p.x > 0.5 || (p.x == 0.5 && towards.x > 0);
+    const bool upper = p.y > 0.5 || (p.y == 0.5 && towards.y > 0);
+    const int corner = upper ? (right ? 2 : 3) : (right ? 1 : 0);
+    // The differences are exact, so that the cells' edges fit together exactly.
+    p = turn(2.0 * (p - square_corner<double>(corner)), -corner);
+    towards = turn(towards, -corner);
+    return corner;
+}
+
+}  // namespace
+
+detail::PatchLeaf PatchTable::leaf(Index node) const noexcept {
+    if (!(node & kSquareBit))
+        return leaves_[node & ~kLeafBit];
+    const Index patch = node & kPatchMask;
+    if (patches_[patch].level() > 0)
+        return {patch, 0, 0, 0, 2, 0};
+    // Even degrees: a quarter of the patch of its vertex, else a quarter of its face.
+    const int k = static_cast<int>(node >> kQuarterShift & 3);
+    const auto p = degree_ % 2 == 0 ? Vec2<int>(1, 1) : 2 * square_corner<int>(k);
+    return {patch,
+            0,
+            static_cast<std::int8_t>(p.x),
+            static_cast<std::int8_t>(p.y),
+            1,
+            static_cast<std::uint8_t>(k)};
+}
+
+Index PatchTable::whole_patch(Index face) const noexcept {
+    if (base_.face_size(face) != 4 || degree_ % 2 == 0)
+        return kInvalidIndex;
+    const Index* root = nodes_.data() + base_.face_offsets[face];
+    const Index patch = root[0] & kPatchMask;
+    for (Index k = 0; k < 4; ++k) {
+        if (root[k] != (kLeafBit | kSquareBit | k << kQuarterShift | patch))
+            return kInvalidIndex;
+    }
+    return patches_[patch].level() == 0 ? patch : kInvalidIndex;
+}
+
+PatchPoint PatchTable::locate(const QuarterPoint& point,
+                              Vec2<double> towards) const noexcept {
+    assert(nodes_[point.quarter] != kInvalidIndex);  // has_surface()
+    Vec2<double> p(point.x, point.y);
+    Index node = nodes_[point.quarter];
+    int turns = quarter_turns(base_, point.quarter);
+    double scale = 2;
+    while (!(node & kLeafBit)) {
+        const int corner = descend(p, towards);
+        node = nodes_[node + corner];
+        turns -= corner;
+        scale *= 2;
+    }
+    const detail::PatchLeaf at = leaf(node);
+    const int extent = class_of(at.patch).extent();
+    p = Vec2<double>(at.x, at.y) + double(at.size) * turn(p, at.turns);
+    return {at.patch,
+            at.sector,
+            p.x / extent,
+            p.y / extent,
+            (turns + at.turns) & 3,
+            scale * at.size / extent};
+}
+
+template <class T>
+void PatchTable::refresh_channels(int n_channels, std::span<T> values) const {
+    for (std::size_t g = 0; g + 1 < row_groups_.size(); ++g) {
+        const Index first = row_groups_[g];
+        detail::for_each_chunk(row_groups_[g + 1] - first, detail::kChunk,
+                               [&](std::size_t, std::size_t begin, std::size_t end) {
+                                   refined_points_.extend(
+                                       n_base_points_, n_channels, values,
+                                       first + static_cast<Index>(begin),
+                                       first + static_cast<Index>(end));
+                               });
+    }
+}
+template void PatchTable::refresh_channels(int, std::span<float>) const;
+template void PatchTable::refresh_channels(int, std::span<double>) const;
+
+PatchPoint PatchTable::locate(const Address& address) const noexcept {
+    return locate(to_quarter(base_, address));
+}
+
+std::vector<Cell> PatchTable::cells() const {
+    std::vector<Cell> cells;
+    for (Index quarter = 0; quarter < base_.n_halfedges(); ++quarter)
+        add_cells(quarter, cells);
+    return cells;
+}
+
+void PatchTable::add_cells(Index quarter, std::vector<Cell>& cells) const {
+    if (!has_surface(base_.face(quarter)))
+        return;
+    const auto add = [&](auto&& self, Index node, Vec2<double> origin,
+                         Vec2<double> x_axis) -> void {
+        if (node & kLeafBit) {
+            const detail::PatchLeaf at = leaf(node);
+            cells.push_back({quarter,
+                             at.patch,
+                             origin,
+                             x_axis,
+                             at.sector,
+                             {at.x, at.y},
+                             at.size,
+                             at.turns});
+            return;
+        }
+        const Vec2<double> y_axis = turn(x_axis, 1);
+        for (int k = 0; k < 4; ++k) {
+            const auto c = square_corner<double>(k);
+            self(self, nodes_[node + k], origin + c.x * x_axis + c.y * y_axis,
+                 0.5 * turn(x_axis, k));
+        }
+    };
+    add(add, nodes_[quarter], {0, 0}, {1, 0});
+}
+
+}  // namespace osdx

@@ -1,0 +1,41 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <cstdint>
+
+#include <osdx/address.h>
+#include <osdx/features.h>
+#include <osdx/surface_jet.h>
+#include <osdx/tessellation.h>
+#include <osdx/topology.h>
+
+namespace osdx {
+
+/// The point of a surface that is nearest to a target.
+struct ClosestPoint {
+    QuarterPoint at;
+    SurfaceJet<double> jet;
+    double distance = 0;
+};
+
+/// What a walk on the surface does at an infinitely sharp crease. It stops at borders and
+/// holes always.
+enum class AtCrease : std::uint8_t {
+    Cross,
+    Stop,  ///< the surface is as if it were cut there
+};
+
+/// Walks on the surface from `start` to a local minimum of the distance to `target`:
+/// Newton's method within the quarters of the base faces, crossing from one into the next,
+/// and along the edges where the walk stops.
+/// \param features  of base, by with_border()
+/// \param tolerance  length of the last step, in units of the mesh
+/// \pre start is not in a hole
+ClosestPoint closest_point(const Topology& base, const Features& features,
+                           const SurfaceFunction& surface, const Vec3<double>& target,
+                           const QuarterPoint& start, double tolerance,
+                           AtCrease at_crease = AtCrease::Cross);
+
+}  // namespace osdx

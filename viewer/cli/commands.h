@@ -1,0 +1,58 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <osdx/face_varying.h>
+#include <osdx/features.h>
+#include <osdx/result.h>
+
+namespace osdx {
+
+/// On the command line and in reports, in the order of BoundaryRule.
+inline constexpr std::array<std::string_view, 3> kBoundaryRuleNames = {
+    "none", "edge-only", "edge-and-corner"};
+
+/// Options of the subcommands, as the command line gives them.
+struct CommandOptions {
+    std::filesystem::path input;
+    std::filesystem::path out;
+    std::filesystem::path at;
+    std::filesystem::path json;
+    std::filesystem::path images;
+    std::string patch = "multisided";
+    std::string with;        ///< another family, to compare
+    int with_isolation = 1;  ///< of OpenSubdiv's patches, where `with` is catmark
+    std::string shade = "phong";
+    int degree = 3;
+    int levels = 1;
+    int gregory_levels = 0;
+    bool uniform = false, paper_tangents = false, normalised = false;  ///< Gregory
+    int rate = 8;
+    int isolation = 8;
+    int width = 960, height = 720;
+    bool ignore_tags = false;
+    std::optional<BoundaryRule> boundary;    ///< instead of the mesh's tag
+    std::optional<FaceVaryingRule> uv_rule;  ///< instead of the mesh's tag
+    std::optional<double> range;
+    double azimuth = 35, elevation = 25;
+};
+
+/// Each prints its report on stdout and, where options.json is set, writes it as JSON.
+/// The message of an Error names the file and the line.
+Status info_command(const CommandOptions& options);
+Status subdivide_command(const CommandOptions& options);
+Status patch_command(const CommandOptions& options);
+Status eval_command(const CommandOptions& options);
+Status tessellate_command(const CommandOptions& options);
+Status compare_command(const CommandOptions& options);
+Status render_command(const CommandOptions& options);
+Status demo_command(const CommandOptions& options);
+
+}  // namespace osdx

@@ -1,0 +1,79 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include "viewer/cli/job.h"
+
+#include <ostream>
+
+#include <fmt/format.h>
+
+#include <osdx/analysis/comparison.h>
+#include <osdx/analysis/continuity.h>
+#include <osdx/build_patch_table.h>
+#include <osdx/file.h>
+#include <osdx/files/tessellation_file.h>
+#include <osdx/mesh_file.h>
+#include <osdx/opensubdiv/limit_surface.h>
+
+namespace osdx {
+
+Error in_file(Error error, const std::filesystem::path& file) {
+    error.message = error.line > 0 ? fmt::format("{}:{}: {}", file.string(), error.line,
+                                                 error.message)
+                                   : fmt::format("{}: {}", file.string(), error.message);
+    return error;
+}
+
+SurfaceFunction Job::function(Chart chart) const {
+    return limit ? surface_function(surface.base(), *limit) : surface.function(chart);
+}
+
+double Job::diagonal() const {
+    return bounding_diagonal(mesh.positions);
+}
+
+Result<LimitSurface> Job::build_limit(int isolation) const {
+    return LimitSurface::build(surface.base(), surface.features(), mesh.positions,
+                               isolation);
+}
+
+Result<Job> load_job(const CommandOptions& options) {
+    Result<MeshData> mesh = read_mesh(options.input);
+    if (!mesh)
+        return in_file(mesh.error(), options.input);
+    Stopwatch watch;
+    const PatchFamily family =
+        options.patch == "gregory" ? PatchFamily::Gregory : PatchFamily::Multisided;
+    Result<Surface> surface =
+        Surface::build(*mesh, {.degree = options.degree,
+                               .family = family,
+                               .levels = options.gregory_levels,
+                               .uniform = options.uniform,
+                               .paper_tangents = options.paper_tangents,
+                               .normalised = options.normalised,
+                               .ignore_tags = options.ignore_tags,
+                               .boundary = options.boundary});
+    if (!surface)
+        return in_file(surface.error(), options.input);
+    Job job{std::move(*mesh), std::move(*surface), std::nullopt, watch.lap()};
+    if (options.patch == "catmark") {
+        Result<LimitSurface> limit = job.build_limit(options.isolation);
+        if (!limit)
+            return in_file(limit.error(), options.input);
+        job.limit.emplace(std::move(*limit));
+    }
+    return job;
+}
+
+Status written(Status status, const std::filesystem::path& file) {
+    return status ? std::move(status) : in_file(status.error(), file);
+}
+
+Status write_report(const CommandOptions& options, const Json& report) {
+    if (options.json.empty())
+        return ok();
+    return write_file(options.json,
+                      [&](std::ostream& out) { out << report.dump(2) << '\n'; });
+}
+
+}  // namespace osdx

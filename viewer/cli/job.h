@@ -1,0 +1,56 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <chrono>
+#include <optional>
+
+#include <osdx/mesh_data.h>
+#include <osdx/opensubdiv/limit_surface.h>
+#include <osdx/surface.h>
+
+#include "viewer/cli/commands.h"
+#include "viewer/cli/report.h"
+
+namespace osdx {
+
+/// The error with the file, and the line where there is one, before its message.
+Error in_file(Error error, const std::filesystem::path& file);
+
+/// The input of a subcommand, ready to evaluate.
+struct Job {
+    MeshData mesh;
+    Surface surface;
+    std::optional<LimitSurface> limit;  ///< for --patch catmark
+    double seconds_build = 0;
+
+    /// Of the patch family that was asked for; the limit knows no chart but (u, v).
+    SurfaceFunction function(Chart chart = Chart::BaseUV) const;
+    double diagonal() const;
+    /// With the features of the surface. \pre the surface outlives it
+    Result<LimitSurface> build_limit(int isolation) const;
+};
+Result<Job> load_job(const CommandOptions& options);
+
+/// A failed write, with the file before its message.
+Status written(Status status, const std::filesystem::path& file);
+
+/// Writes the report where --json asks for it.
+Status write_report(const CommandOptions& options, const Json& report);
+
+class Stopwatch {
+public:
+    /// Seconds since the last call, or since the start.
+    double lap() {
+        const auto now = std::chrono::steady_clock::now();
+        const std::chrono::duration<double> d = now - last_;
+        last_ = now;
+        return d.count();
+    }
+
+private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace osdx

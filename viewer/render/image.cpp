@@ -1,0 +1,155 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include "viewer/render/image.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <ostream>
+#include <string>
+
+#include <fmt/format.h>
+#include <png.h>
+#include <stb_easy_font.h>
+
+#include <osdx/file.h>
+#include <osdx/files/tessellation_file.h>
+
+namespace osdx {
+namespace {
+
+static_assert(sizeof(Color) == 3, "libpng reads the pixels in place");
+
+/// How much of the pixel [i, i + 1] lies in [lo, hi].
+double overlap(int i, double lo, double hi) noexcept {
+    return std::max(0.0, std::min(hi, i + 1.0) - std::max(lo, double(i)));
+}
+
+/// Pixels first .. last - 1.
+struct PixelRange {
+    int first, last;
+};
+
+/// Those of `size` that [lo, hi] covers, in part at least; last >= first.
+PixelRange covered(double lo, double hi, int size) noexcept {
+    const auto inside = [&](double x) {
+        return static_cast<int>(std::clamp(x, 0.0, double(size)));
+    };
+    const int first = inside(std::floor(lo));
+    return {first, std::max(first, inside(std::ceil(hi)))};
+}
+
+/// Calls f(x, y, area) for the pixels that a box covers, area in (0, 1].
+template <class F>
+void for_each_covered(const Image& image, const Box& box, F&& f) {
+    const PixelRange columns = covered(box.x0, box.x1, image.width),
+                     rows = covered(box.y0, box.y1, image.height);
+    for (int y = rows.first; y < rows.last; ++y) {
+        for (int x = columns.first; x < columns.last; ++x) {
+            const double area = overlap(x, box.x0, box.x1) * overlap(y, box.y0, box.y1);
+            if (area > 0)
+                f(x, y, area);
+        }
+    }
+}
+
+void blend(Color& pixel, const Color& color, double opacity) noexcept {
+    for (int c = 0; c < 3; ++c) {
+        const double value = pixel[c] + opacity * (double(color[c]) - pixel[c]);
+        pixel[c] = static_cast<std::uint8_t>(std::lround(value));
+    }
+}
+
+/// The font has the characters ' ' to '~'. A character of several bytes (UTF-8) becomes one
+/// question mark.
+std::string printable(std::string_view text) {
+    std::string result;
+    for (const char c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (byte >= ' ' && byte <= '~')
+            result += c;
+        else if ((byte & 0xC0) != 0x80)  // no continuation byte
+            result += '?';
+    }
+    return result;
+}
+
+}  // namespace
+
+Status write_png(const std::filesystem::path& path, const Image& image) {
+    if (image.width < 1 || image.height < 1 ||
+        image.pixels.size() != static_cast<std::size_t>(image.width) * image.height) {
+        return fail(ErrorCode::SizeMismatch,
+                    fmt::format("a picture of {} x {} has {} pixels", image.width,
+                                image.height, image.pixels.size()));
+    }
+    png_image png{};
+    png.version = PNG_IMAGE_VERSION;
+    png.format = PNG_FORMAT_RGB;
+    png.width = static_cast<png_uint_32>(image.width);
+    png.height = static_cast<png_uint_32>(image.height);
+    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
+    std::string bytes(size, '\0');
+    if (!png_image_write_to_memory(&png, bytes.data(), &size, 0, image.pixels.data(), 0,
+                                   nullptr)) {
+        return fail(ErrorCode::WriteFailed, fmt::format("libpng: {}", png.message));
+    }
+    return write_file(path, [&](std::ostream& stream) {
+        stream.write(bytes.data(), static_cast<std::streamsize>(size));
+    });
+}
+
+void fill_box(Image& image, const Box& box, const Color& color, double opacity) {
+    for_each_covered(image, box, [&](int x, int y, double area) {
+        blend(image.at(x, y), color, opacity * area);
+    });
+}
+
+void draw_text(Image& image, double x, double y, std::string_view text, double scale,
+               const Color& color) {
+    struct Vertex {
+        float x, y, z;
+        unsigned char rgba[4];
+    };
+    static_assert(sizeof(Vertex) == 16, "the layout of stb_easy_font");
+
+    std::string line = printable(text);
+    // No character has more than 16 strokes.
+    std::vector<Vertex> vertices(line.size() * 16 * 4 + 4);
+    const int n_quads =
+        stb_easy_font_print(0, 0, line.data(), nullptr, vertices.data(),
+                            static_cast<int>(vertices.size() * sizeof(Vertex)));
+
+    // Strokes touch and overlap: their areas add up first, and are painted once.
+    Box bounds{x, y, x, y};
+    std::vector<Box> strokes;
+    for (int i = 0; i < n_quads; ++i) {
+        const Vertex &a = vertices[4 * i], &c = vertices[4 * i + 2];
+        strokes.push_back(
+            {x + scale * a.x, y + scale * a.y, x + scale * c.x, y + scale * c.y});
+        bounds.x1 = std::max(bounds.x1, strokes.back().x1);
+        bounds.y1 = std::max(bounds.y1, strokes.back().y1);
+    }
+    const PixelRange columns = covered(bounds.x0, bounds.x1, image.width),
+                     rows = covered(bounds.y0, bounds.y1, image.height);
+    const std::size_t stride = columns.last - columns.first;
+    std::vector<double> cover(stride * (rows.last - rows.first));
+    const auto area_at = [&](int px, int py) -> double& {
+        return cover[(py - rows.first) * stride + (px - columns.first)];
+    };
+    for (const Box& stroke : strokes) {
+        for_each_covered(image, stroke,
+                         [&](int px, int py, double area) { area_at(px, py) += area; });
+    }
+    for_each_covered(image, bounds, [&](int px, int py, double) {
+        blend(image.at(px, py), color, std::min(area_at(px, py), 1.0));
+    });
+}
+
+double text_width(std::string_view text, double scale) {
+    std::string line = printable(text);
+    return scale * stb_easy_font_width(line.data());
+}
+
+}  // namespace osdx
