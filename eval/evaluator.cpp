@@ -11,45 +11,56 @@
 #include <osdx/evaluator.h>
 
 #include "eval/bases/patch_basis.h"
+#include "eval/kernels/patch_kernel.h"
+#include "eval/turn.h"
 
 namespace osdx {
+namespace detail {
+
+/// What evaluates the patches of a class.
+struct ClassEvaluator {
+    PatchBasis basis;
+    PatchKernel kernel;
+
+    explicit ClassEvaluator(const PatchClass& c) : basis(c), kernel(basis) {}
+};
+
+}  // namespace detail
+
 namespace {
 
-/// From the variables of a patch to (u, v), which run along a b, b -a, -a -b, -b a.
+using detail::ClassEvaluator;
+
+/// From the variables of a patch to (u, v).
 detail::ChartTurn turn_of(const PatchPoint& where, Chart chart) noexcept {
-    constexpr double kCos[4] = {1, 0, -1, 0}, kSin[4] = {0, 1, 0, -1};
     if (chart == Chart::Native)
         return {};
-    const int k = where.quarter_turns & 3;
-    return {where.scale * kCos[k], where.scale * kSin[k]};
+    return detail::ChartTurn::quarters(where.quarter_turns, where.scale);
 }
 
-/// Turns derivatives to these variables.
+DomainPoint domain_point(const PatchPoint& where) noexcept {
+    return {static_cast<int>(where.sector), where.a, where.b};
+}
+
+/// From the Taylor coefficients of a jet to derivatives in (u, v).
 template <int Order>
-void turn_all(const detail::ChartTurn& turn,
-              std::array<double, n_derivatives(Order)>& d) noexcept {
-    const double cos = turn.cos, sin = turn.sin;
-    if constexpr (Order > 0) {
-        const double a = d[1], b = d[2];
-        d[1] = cos * a + sin * b;
-        d[2] = cos * b - sin * a;
-    }
+void to_derivatives(const PatchPoint& where, Chart chart,
+                    std::array<double, n_derivatives(Order)>& d) noexcept {
     if constexpr (Order > 1) {
-        const double aa = d[3], ab = d[4], bb = d[5];
-        d[3] = cos * cos * aa + 2 * cos * sin * ab + sin * sin * bb;
-        d[4] = (cos * cos - sin * sin) * ab + cos * sin * (bb - aa);
-        d[5] = sin * sin * aa - 2 * cos * sin * ab + cos * cos * bb;
+        d[3] *= 2;
+        d[5] *= 2;
     }
+    const detail::ChartTurn turn = turn_of(where, chart);
+    detail::turn_derivatives<Order>(turn.cos, turn.sin, d.data());
 }
 
 /// By the fast kernels, if there is one for the place: up to kSumChannels channels.
 template <class T>
-inline bool fast(const PatchBasis& basis, std::span<const Index> points,
+inline bool fast(const PatchKernel& kernel, std::span<const Index> points,
                  std::span<const T> values, int n_channels, const PatchPoint& where,
                  int order, Chart chart, detail::PointJet& out) noexcept {
-    return basis.sum<T>({static_cast<int>(where.sector), where.a, where.b}, chart, order,
-                        turn_of(where, chart),
-                        {values.data(), values.size(), n_channels, points.data()}, out);
+    return kernel.sum<T>(domain_point(where), chart, order, turn_of(where, chart),
+                         {values.data(), values.size(), n_channels, points.data()}, out);
 }
 
 /// Derivatives of N values at a time: N jets are summed over the weights, then divided.
@@ -60,21 +71,16 @@ std::array<std::array<double, n_derivatives(Order)>, N> evaluate_block(
     Value&& value) noexcept {
     using J = Jet<double, Order>;
     std::array<J, N> sums;
-    const J f =
-        basis.for_each_weight<Order>({static_cast<int>(where.sector), where.a, where.b},
-                                     chart, [&](Index i, const J& w) {
-                                         for (int c = 0; c < N; ++c)
-                                             sums[c] += double(value(i, c)) * w;
-                                     });
+    const J f = basis.for_each_weight<Order>(domain_point(where), chart,
+                                             [&](Index i, const J& w) {
+                                                 for (int c = 0; c < N; ++c)
+                                                     sums[c] += double(value(i, c)) * w;
+                                             });
     const bool rational = basis.patch_class().kind != PatchKind::Regular;
     std::array<std::array<double, n_derivatives(Order)>, N> out;
     for (int c = 0; c < N; ++c) {
         out[c] = (rational ? sums[c] / f : sums[c]).c;
-        if constexpr (Order > 1) {
-            out[c][3] *= 2;
-            out[c][5] *= 2;
-        }
-        turn_all<Order>(turn_of(where, chart), out[c]);
+        to_derivatives<Order>(where, chart, out[c]);
     }
     return out;
 }
@@ -109,15 +115,15 @@ void put(const detail::PointJet& sums, SurfaceJet<T>& jet) noexcept {
 }
 
 template <int Order, class T>
-void channels(const PatchBasis& basis, std::span<const Index> points,
+void channels(const ClassEvaluator& c, std::span<const Index> points,
               std::span<const T> values, int n_channels, const PatchPoint& where,
               Chart chart, std::span<T> out) noexcept {
     constexpr int kBlock = detail::kSumChannels;
     for (int first = 0; first < n_channels; first += kBlock) {
         const int n = std::min(kBlock, n_channels - first);
         detail::PointJet sums;
-        if (fast<T>(basis, points, values.subspan(first), n_channels, where, Order, chart,
-                    sums)) {
+        if (fast<T>(c.kernel, points, values.subspan(first), n_channels, where, Order,
+                    chart, sums)) {
             for (int r = 0; r < n_derivatives(Order); ++r)
                 std::transform(sums.value[r], sums.value[r] + n,
                                &out[r * n_channels + first],
@@ -125,44 +131,38 @@ void channels(const PatchBasis& basis, std::span<const Index> points,
             continue;
         }
         const auto block =
-            evaluate_block<Order, kBlock>(basis, where, chart, [&](Index i, int c) {
-                return c < n ? values[std::size_t(points[i]) * n_channels + first + c]
+            evaluate_block<Order, kBlock>(c.basis, where, chart, [&](Index i, int k) {
+                return k < n ? values[std::size_t(points[i]) * n_channels + first + k]
                              : T(0);
             });
-        for (int c = 0; c < n; ++c) {
+        for (int k = 0; k < n; ++k) {
             for (int r = 0; r < n_derivatives(Order); ++r)
-                out[r * n_channels + first + c] = static_cast<T>(block[c][r]);
+                out[r * n_channels + first + k] = static_cast<T>(block[k][r]);
         }
     }
 }
 
 template <int Order>
-void all_weights(const PatchBasis& basis, const PatchPoint& where, Chart chart,
+void all_weights(const ClassEvaluator& c, const PatchPoint& where, Chart chart,
                  std::span<double> out) noexcept {
     using J = Jet<double, Order>;
-    if (basis.weights({static_cast<int>(where.sector), where.a, where.b}, chart, Order,
-                      turn_of(where, chart), out))
+    if (c.kernel.weights(domain_point(where), chart, Order, turn_of(where, chart), out))
         return;
     constexpr int kDerivatives = n_derivatives(Order);
     const std::size_t n = out.size() / kDerivatives;
     std::ranges::fill(out, 0.0);
-    const J f =
-        basis.for_each_weight<Order>({static_cast<int>(where.sector), where.a, where.b},
-                                     chart, [&](Index i, const J& w) {
-                                         for (int r = 0; r < kDerivatives; ++r)
-                                             out[r * n + i] += w.c[r];
-                                     });
+    const J f = c.basis.for_each_weight<Order>(domain_point(where), chart,
+                                               [&](Index i, const J& w) {
+                                                   for (int r = 0; r < kDerivatives; ++r)
+                                                       out[r * n + i] += w.c[r];
+                                               });
     for (std::size_t i = 0; i < n; ++i) {
         J w;
         for (int r = 0; r < kDerivatives; ++r)
             w.c[r] = out[r * n + i];
-        if (basis.patch_class().kind != PatchKind::Regular)
+        if (c.basis.patch_class().kind != PatchKind::Regular)
             w = w / f;
-        if constexpr (Order > 1) {
-            w.c[3] *= 2;
-            w.c[5] *= 2;
-        }
-        turn_all<Order>(turn_of(where, chart), w.c);
+        to_derivatives<Order>(where, chart, w.c);
         for (int r = 0; r < kDerivatives; ++r)
             out[r * n + i] = w.c[r];
     }
@@ -170,16 +170,11 @@ void all_weights(const PatchBasis& basis, const PatchPoint& where, Chart chart,
 
 }  // namespace
 
-struct Evaluator::Classes {
-    std::vector<PatchBasis> bases;  // by patch class
-};
-
-Evaluator::Evaluator(const PatchTable& table) : table_(&table) {
-    auto classes = std::make_unique<Classes>();
-    classes->bases.reserve(table.classes().size());
+Evaluator::Evaluator(const PatchTable& table)
+    : table_(&table), classes_(std::make_unique<std::vector<detail::ClassEvaluator>>()) {
+    classes_->reserve(table.classes().size());
     for (const PatchClass& c : table.classes())
-        classes->bases.emplace_back(c);
-    classes_ = std::move(classes);
+        classes_->emplace_back(c);
 }
 Evaluator::Evaluator(Evaluator&&) noexcept = default;
 Evaluator& Evaluator::operator=(Evaluator&&) noexcept = default;
@@ -192,15 +187,15 @@ SurfaceJet<T> Evaluator::evaluate(std::span<const Vec3<T>> points,
     const PatchRef patch = table_->patch(where.patch);
     SurfaceJet<T> jet;
     detail::PointJet sums;
-    if (fast<T>(classes_->bases[patch.patch_class], patch.points,
-                std::span(&points.data()->x, 3 * points.size()), 3, where, Order, chart,
-                sums)) {
+    const ClassEvaluator& c = (*classes_)[patch.patch_class];
+    if (fast<T>(c.kernel, patch.points, std::span(&points.data()->x, 3 * points.size()),
+                3, where, Order, chart, sums)) {
         put<Order>(sums, jet);
         return jet;
     }
     const auto block = evaluate_block<Order, 3>(
-        classes_->bases[patch.patch_class], where, chart,
-        [&](Index i, int c) { return points[patch.points[i]][c]; });
+        c.basis, where, chart,
+        [&](Index i, int k) { return points[patch.points[i]][k]; });
     const auto vector = [&](int r) {
         return Vec3<T>(Vec3<double>(block[0][r], block[1][r], block[2][r]));
     };
@@ -216,11 +211,11 @@ void Evaluator::evaluate_many(std::span<const Vec3<T>> points,
     if (where.empty())
         return;
     const PatchRef patch = table_->patch(where[0].patch);
-    const PatchBasis& basis = classes_->bases[patch.patch_class];
+    const PatchKernel& kernel = (*classes_)[patch.patch_class].kernel;
     constexpr std::size_t kMost = detail::kLanes, kFewest = kMost / 2;
     double net[3 * detail::kMostManyPoints];
     double* next = net;
-    const bool has_many = basis.has_many() && where.size() >= kFewest;
+    const bool has_many = kernel.has_many() && where.size() >= kFewest;
     for (std::size_t i = 0; has_many && i < patch.points.size(); ++i) {
         const Vec3<double> p(points[patch.points[i]]);
         next = std::copy_n(&p.x, 3, next);
@@ -241,10 +236,10 @@ void Evaluator::evaluate_many(std::span<const Vec3<T>> points,
             at.sin[i] = turn.sin;
         }
         if (many)
-            basis.sum_many({net, next}, at, chart, Order, jets);
+            kernel.sum_many({net, next}, at, chart, Order, jets);
         for (std::size_t i = 0; i < n; ++i) {
             const PatchPoint& p = where[first + i];
-            if (!many || !basis.is_of_many({0, p.a, p.b})) {
+            if (!many || !kernel.takes({0, p.a, p.b})) {
                 out[first + i] = evaluate<T, Order>(points, p, chart);
                 continue;
             }
@@ -263,33 +258,18 @@ void Evaluator::evaluate_channels(std::span<const T> values, int n_channels,
     assert(values.size() == std::size_t(table_->n_points()) * n_channels);
     assert(out.size() == std::size_t(n_derivatives(order)) * n_channels);
     const PatchRef patch = table_->patch(where.patch);
-    const PatchBasis& basis = classes_->bases[patch.patch_class];
-    switch (order) {
-        case 0:
-            return channels<0>(basis, patch.points, values, n_channels, where, chart,
-                               out);
-        case 1:
-            return channels<1>(basis, patch.points, values, n_channels, where, chart,
-                               out);
-        default:
-            return channels<2>(basis, patch.points, values, n_channels, where, chart,
-                               out);
-    }
+    detail::with_order(order, [&](auto k) {
+        channels<k>((*classes_)[patch.patch_class], patch.points, values, n_channels,
+                    where, chart, out);
+    });
 }
 
 void Evaluator::weights(const PatchPoint& where, int order, Chart chart,
                         std::span<double> out) const noexcept {
-    const PatchBasis& basis = classes_->bases[table_->patch(where.patch).patch_class];
     assert(out.size() ==
-           std::size_t(n_derivatives(order)) * basis.patch_class().n_points());
-    switch (order) {
-        case 0:
-            return all_weights<0>(basis, where, chart, out);
-        case 1:
-            return all_weights<1>(basis, where, chart, out);
-        default:
-            return all_weights<2>(basis, where, chart, out);
-    }
+           std::size_t(n_derivatives(order)) * table_->class_of(where.patch).n_points());
+    const ClassEvaluator& c = (*classes_)[table_->patch(where.patch).patch_class];
+    detail::with_order(order, [&](auto k) { all_weights<k>(c, where, chart, out); });
 }
 
 #define OSDX_INSTANTIATE(T)                                                   \

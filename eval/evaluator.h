@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <span>
+#include <vector>
 
 #include <osdx/address.h>
 #include <osdx/patch_table.h>
@@ -13,16 +14,15 @@
 
 namespace osdx {
 
-/// Number of values up to an order: 1, 3 or 6, in the order p, du, dv, duu, duv, dvv.
-constexpr int n_derivatives(int order) noexcept {
-    return (order + 1) * (order + 2) / 2;
+namespace detail {
+struct ClassEvaluator;
 }
 
 /// Evaluates the surface of a patch table at single points.
 ///
 /// Derivatives are exact up to rounding, those of the rational blends included. At a corner
 /// of an EV or EF patch the second derivatives have no limit but the curvature does; see
-/// PatchBasis::for_each_weight. Where several patches or sectors meet, (u, v) belongs to
+/// RibbonBasis::for_each_weight of eval/bases/ribbon.h. Where several patches or sectors meet, (u, v) belongs to
 /// the one that PatchTable::locate names, and derivatives in BaseUV are one-sided.
 ///
 /// Weights and points are separate: the same weights serve positions, any other data at the
@@ -80,10 +80,8 @@ public:
                  std::span<double> out) const noexcept;
 
 private:
-    struct Classes;
-
     const PatchTable* table_;
-    std::unique_ptr<const Classes> classes_;
+    std::unique_ptr<std::vector<detail::ClassEvaluator>> classes_;  // by patch class
 };
 
 }  // namespace osdx

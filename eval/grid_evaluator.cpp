@@ -21,6 +21,7 @@
 #include "eval/bases/bspline.h"
 #include "eval/bases/gregory.h"
 #include "eval/kernels/grid.h"
+#include "eval/turn.h"
 #include "far/parallel.h"
 
 namespace osdx {
@@ -572,7 +573,6 @@ void GridEvaluator<T>::Plan::evaluate_block(std::span<const Vec3<T>> points,
                                             std::size_t block,
                                             const SampleBuffers<T>& out,
                                             const Scratch& local) const {
-    const grid::Kernel<T> kernel = grid::kernel<T>();
     grid::Target<T> target{};
     target.layout = layout(out);
     for (int r = 0; r < n_values(); ++r) {
@@ -590,6 +590,7 @@ void GridEvaluator<T>::Plan::evaluate_block(std::span<const Vec3<T>> points,
             evaluate_single(points, tiles[i++], target);
             continue;
         }
+        const grid::Kernel<T> kernel = grid::kernel(t, target.layout);
         std::array<const Index*, kMaxBatch> indices;
         std::array<Index, kMaxBatch> first_samples;
         std::size_t n = 0;
@@ -630,12 +631,9 @@ void GridEvaluator<T>::Plan::evaluate_single(std::span<const Vec3<T>> points,
         }
         const std::span<const PatchPoint> at(where.data(), n);
         const std::span<SurfaceJet<T>> out(jets.data(), n);
-        if (options.order == 0)
-            evaluator->evaluate_many<T, 0>(points, at, c, out);
-        else if (options.order == 1)
-            evaluator->evaluate_many<T, 1>(points, at, c, out);
-        else
-            evaluator->evaluate_many<T, 2>(points, at, c, out);
+        detail::with_order(options.order, [&](auto k) {
+            evaluator->evaluate_many<T, k>(points, at, c, out);
+        });
         for (std::size_t k = 0; k < n; ++k) {
             const int s = first + static_cast<int>(k);
             const SurfaceJet<T>& jet = jets[k];

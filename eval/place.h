@@ -16,9 +16,16 @@ enum class Chart : std::uint8_t {
 };
 
 /// A point of the domain of a patch; see PatchPoint.
-struct DomainPoint {
+template <class T>
+struct DomainPointOf {
     int sector = 0;
-    double a = 0, b = 0;
+    T a = T(0), b = T(0);
 };
+using DomainPoint = DomainPointOf<double>;
+
+/// Number of values up to an order: 1, 3 or 6, in the order p, du, dv, duu, duv, dvv.
+constexpr int n_derivatives(int order) noexcept {
+    return (order + 1) * (order + 2) / 2;
+}
 
 }  // namespace osdx

@@ -83,9 +83,14 @@ public:
     /// terms that cancel. At the corner itself, where second derivatives depend on the
     /// direction, they are the limit along the bisector a = b, and higher ones are 0.
     /// \pre the point is in the domain; no allocation
+    template <int Order, class T, class Sink>
+    Jet<T, Order> for_each_weight(const DomainPointOf<T>& p, Chart chart,
+                                  Sink&& sink) const noexcept;
     template <int Order, class Sink>
     Jet<double, Order> for_each_weight(const DomainPoint& p, Chart chart,
-                                       Sink&& sink) const noexcept;
+                                       Sink&& sink) const noexcept {
+        return for_each_weight<Order, double>(p, chart, sink);
+    }
 
     /// The point of the n-gon under (a, b) of a sector.
     Vec2<double> to_native(const DomainPoint& p) const noexcept {
@@ -97,16 +102,13 @@ public:
     }
 
 private:
-    template <int Order>
-    using J = Jet<double, Order>;
-
-    template <int Order>
+    template <int Order, class T>
     class Corner;
     /// mu, and its value where that of the jet is only good for derivatives.
-    template <int Order>
+    template <int Order, class T>
     struct Blend {
-        J<Order> mu;
-        double value;
+        Jet<T, Order> mu;
+        T value;
     };
 
     /// Within this distance 2 - a - b of a corner the ribbons that meet there come from their
@@ -119,19 +121,19 @@ private:
     static constexpr double kCorner = 0x1p-45, kBisector = 0x1p-52;
 
     /// The polynomials B_0 .. B_d of a jet.
-    template <int Order>
-    std::array<J<Order>, kMaxDegree + 1> bernstein(const J<Order>& x) const noexcept;
+    template <int Order, class T>
+    std::array<Jet<T, Order>, kMaxDegree + 1> bernstein(
+        const Jet<T, Order>& x) const noexcept;
 
     /// x^(l-1) / (x^(l-1) + y^(l-1)), given x + y.
-    template <int Order>
-    J<Order> sharpen(const J<Order>& x, const J<Order>& y,
-                     const J<Order>& sum) const noexcept {
-        const J<Order> x1 = x / sum;
+    template <class J>
+    J sharpen(const J& x, const J& y, const J& sum) const noexcept {
+        const J x1 = x / sum;
         if (l_ == 2)
             return x1;
         // Of parts of the sum, so that powers do not vanish.
-        const J<Order> y1 = y / sum;
-        J<Order> a = x1, b = y1;
+        const J y1 = y / sum;
+        J a = x1, b = y1;
         for (int m = 2; m < l_; ++m) {
             a = a * x1;
             b = b * y1;
@@ -140,7 +142,8 @@ private:
     }
 
     /// From the corner v_q to a point, in a chart.
-    Vec2<double> from_corner(const DomainPoint& p, Chart chart) const noexcept;
+    template <class T>
+    std::array<T, 2> from_corner(const DomainPointOf<T>& p, Chart chart) const noexcept;
 
     Polygon polygon_;
     int d_, l_;
@@ -150,10 +153,10 @@ private:
 namespace detail {
 
 /// A polynomial without its terms below degree 2, at (x, y) and with derivatives there.
-template <int Order, int Degree>
-Jet<double, Order> second_order_part(const Jet<double, Degree>& p, double x,
-                                     double y) noexcept {
-    using J = Jet<double, Order>;
+template <int Order, class T, int Degree>
+Jet<T, Order> second_order_part(const Jet<T, Degree>& p, const T& x,
+                                const T& y) noexcept {
+    using J = Jet<T, Order>;
     J jx(x), jy(y);
     if constexpr (Order > 0) {
         jx.c[1] = 1;
@@ -166,7 +169,7 @@ Jet<double, Order> second_order_part(const Jet<double, Degree>& p, double x,
         for (int j = Degree - i; j >= 0; --j) {
             row = row * jy;
             if (i + j >= 2)
-                row.c[0] += p.c[Jet<double, Degree>::index(i, j)];
+                row.c[0] += p.c[Jet<T, Degree>::index(i, j)];
         }
         sum = sum * jx + row;
     }
@@ -175,52 +178,71 @@ Jet<double, Order> second_order_part(const Jet<double, Degree>& p, double x,
 
 }  // namespace detail
 
-template <int Order>
-std::array<Jet<double, Order>, kMaxDegree + 1> GeneralisedBezierBasis::bernstein(
-    const J<Order>& x) const noexcept {
+template <class T>
+std::array<T, 2> GeneralisedBezierBasis::from_corner(const DomainPointOf<T>& p,
+                                                     Chart chart) const noexcept {
+    const T a = 1 - p.a, b = 1 - p.b;
+    if (chart == Chart::BaseUV)
+        return {-a, -b};
+    // Differences of the corners of the sector's quad: no cancellation.
+    const Vec2<double> corner = polygon_.sector_point({p.sector, 1, 1}),
+                       left = polygon_.sector_point({p.sector, 1, 0}),
+                       right = polygon_.sector_point({p.sector, 0, 1});
+    std::array<T, 2> r;
+    for (int k = 0; k < 2; ++k)
+        r[k] = p.a * b * (left[k] - corner[k]) + a * p.b * (right[k] - corner[k]) -
+               a * b * corner[k];
+    return r;
+}
+
+template <int Order, class T>
+std::array<Jet<T, Order>, kMaxDegree + 1> GeneralisedBezierBasis::bernstein(
+    const Jet<T, Order>& x) const noexcept {
     constexpr int kStride = Order + 1;
-    std::array<double, (kMaxDegree + 1) * kStride> taylor;
-    bernstein_basis<double>(
+    std::array<T, (kMaxDegree + 1) * kStride> taylor;
+    bernstein_basis<T>(
         d_, x.c[0], Order,
         std::span(taylor).first(static_cast<std::size_t>((d_ + 1) * kStride)));
-    const JetPowers<double, Order> powers(x);
-    std::array<J<Order>, kMaxDegree + 1> b;
+    const JetPowers<T, Order> powers(x);
+    std::array<Jet<T, Order>, kMaxDegree + 1> b;
     for (int j = 0; j <= d_; ++j)
         b[j] = powers.compose(taylor.data() + j * kStride);
     return b;
 }
 
 /// The two ribbons that meet at a corner, by their Taylor polynomials about it.
-template <int Order>
+template <int Order, class T>
 class GeneralisedBezierBasis::Corner {
+    using J = Jet<T, Order>;
+
 public:
-    Corner(const GeneralisedBezierBasis& basis, const DomainPoint& p,
+    Corner(const GeneralisedBezierBasis& basis, const DomainPointOf<T>& p,
            Chart chart) noexcept
         : basis_(basis),
-          is_close_(2 - p.a - p.b < kCorner),
-          p_(is_close_ ? DomainPoint{p.sector, 1 - kBisector, 1 - kBisector} : p),
-          x_(basis.from_corner(p_, chart)),
+          is_close_(representative(2 - p.a - p.b) < kCorner),
+          p_(is_close_ ? DomainPointOf<T>{p.sector, 1 - kBisector, 1 - kBisector} : p),
+          x_(basis.from_corner<T>(p_, chart)),
           domain_(basis.polygon_, p_, chart) {
-        const PolygonPoint<kTaylor> at(basis.polygon_, {p.sector, 1, 1}, chart);
+        const PolygonPoint<kTaylor, T> at(basis.polygon_, {p.sector, 1, 1}, chart);
         for (const int m : {0, 1}) {
             const int side = basis.polygon_.cyclic(p.sector + m);
-            columns_[m] = basis.bernstein<kTaylor>(at.s(side));
-            rows_[m] = basis.bernstein<kTaylor>(at.h(side));
+            columns_[m] = basis.bernstein(at.s(side));
+            rows_[m] = basis.bernstein(at.h(side));
         }
     }
 
     /// mu of ribbon i, towards another side.
-    J<Order> blend(int side, int i) const noexcept {
-        const J<Order> x = domain_.h(side), y = domain_.h(i), sum = x + y;
-        return basis_.template sharpen<Order>(x, y, sum);
+    J blend(int side, int i) const noexcept {
+        const J x = domain_.h(side), y = domain_.h(i), sum = x + y;
+        return basis_.sharpen(x, y, sum);
     }
 
     /// The derivatives of a weight of the ribbon that ends (m = 0) or starts (m = 1) there,
     /// blended by mu. Terms below degree 2 are the same in both, so any blend will do.
-    J<Order> weight(int m, int j, int k, const J<Order>& mu) const noexcept {
-        const J<kTaylor> w = columns_[m][j] * rows_[m][k];
-        J<Order> blended = mu * detail::second_order_part<Order>(w, x_.x, x_.y);
-        for (int c = 0; is_close_ && c < J<Order>::kSize; ++c) {
+    J weight(int m, int j, int k, const J& mu) const noexcept {
+        const Jet<T, kTaylor> w = columns_[m][j] * rows_[m][k];
+        J blended = mu * detail::second_order_part<Order, T>(w, x_[0], x_[1]);
+        for (int c = 0; is_close_ && c < J::kSize; ++c) {
             if (c < 3 || c >= 6)
                 blended.c[c] = 0;
         }
@@ -236,57 +258,60 @@ private:
 
     const GeneralisedBezierBasis& basis_;
     bool is_close_;
-    DomainPoint p_;   // where the blends are taken
-    Vec2<double> x_;  // from the corner to there
-    PolygonPoint<Order> domain_;
-    std::array<J<kTaylor>, kMaxDegree + 1> columns_[2], rows_[2];
+    DomainPointOf<T> p_;  // where the blends are taken
+    std::array<T, 2> x_;  // from the corner to there
+    PolygonPoint<Order, T> domain_;
+    std::array<Jet<T, kTaylor>, kMaxDegree + 1> columns_[2], rows_[2];
 };
 
-template <int Order, class Sink>
-Jet<double, Order> GeneralisedBezierBasis::for_each_weight(const DomainPoint& p,
-                                                           Chart chart,
-                                                           Sink&& sink) const noexcept {
+template <int Order, class T, class Sink>
+Jet<T, Order> GeneralisedBezierBasis::for_each_weight(const DomainPointOf<T>& p,
+                                                      Chart chart,
+                                                      Sink&& sink) const noexcept {
+    using J = Jet<T, Order>;
     const int n = polygon_.n(), q = p.sector;
-    const double distance = 2 - p.a - p.b;
-    std::optional<Corner<Order>> corner;
+    const double distance = representative(2 - p.a - p.b);
+    std::optional<Corner<Order, T>> corner;
     if (Order > 0 && distance < kNear)
         corner.emplace(*this, p, chart);
 
-    const PolygonPoint<Order> domain(polygon_, p, chart);
-    J<Order> f, h_before = domain.h(n - 1), h = domain.h(0);
+    const PolygonPoint<Order, T> domain(polygon_, p, chart);
+    J f, h_before = domain.h(n - 1), h = domain.h(0);
     for (int i = 0; i < n; ++i) {
-        const J<Order> h_after = domain.h(polygon_.cyclic(i + 1));
-        const J<Order> h_i = std::exchange(h, h_after);
-        const J<Order> h_last = std::exchange(h_before, h_i);
+        const J h_after = domain.h(polygon_.cyclic(i + 1));
+        const J h_i = std::exchange(h, h_after);
+        const J h_last = std::exchange(h_before, h_i);
         // Of the ribbon that ends (0) or starts (1) at the corner.
         const int m = i == q ? 0 : i == polygon_.cyclic(q + 1) ? 1 : -1;
         // The others are of order 3 at the corner, and s_i has no value there for n = 3.
         if (distance < kCorner && m < 0)
             continue;
-        J<Order> s = domain.s(i);
+        J s = domain.s(i);
         if (m == 0 && distance == 0)
             s.c[0] = 1;  // but for rounding
-        const auto columns = bernstein<Order>(s), rows = bernstein<Order>(h_i);
-        const auto blend = [&](int side, const J<Order>& towards, bool at_corner) {
-            const J<Order> sum = towards + h_i;
-            Blend<Order> r;
-            r.value =
-                sum.c[0] > 0 ? sharpen<0>(towards.c[0], h_i.c[0], sum.c[0]).c[0] : 0.5;
+        const auto columns = bernstein(s), rows = bernstein(h_i);
+        const auto blend = [&](int side, const J& towards, bool at_corner) {
+            const J sum = towards + h_i;
+            using J0 = Jet<T, 0>;
+            const bool has_sum = representative(sum.c[0]) > 0;
+            Blend<Order, T> r;
+            r.value = has_sum ? sharpen(J0(towards.c[0]), J0(h_i.c[0]), J0(sum.c[0])).c[0]
+                              : T(0.5);
             if (at_corner && corner)
                 r.mu = corner->blend(side, i);
-            else if (sum.c[0] > 0)
-                r.mu = sharpen<Order>(towards, h_i, sum);
+            else if (has_sum)
+                r.mu = sharpen(towards, h_i, sum);
             return r;
         };
-        const Blend<Order> alpha = blend(polygon_.cyclic(i - 1), h_last, m == 1),
-                           beta = blend(polygon_.cyclic(i + 1), h_after, m == 0);
+        const Blend<Order, T> alpha = blend(polygon_.cyclic(i - 1), h_last, m == 1),
+                              beta = blend(polygon_.cyclic(i + 1), h_after, m == 0);
         for (int j = 0; j <= d_; ++j) {
             const bool first = j < l_, last = d_ - j < l_;
             for (int k = 0; k < l_; ++k) {
-                J<Order> w = columns[j] * rows[k];
+                J w = columns[j] * rows[k];
                 if (first || last) {
                     const auto& [mu, mu_value] = first ? alpha : beta;
-                    const double value = w.c[0] * mu_value;
+                    const T value = w.c[0] * mu_value;
                     if (corner && m == int(first))
                         w = corner->weight(m, j, k, mu);
                     else
@@ -300,7 +325,7 @@ Jet<double, Order> GeneralisedBezierBasis::for_each_weight(const DomainPoint& p,
     }
     if (centre_ == CentrePoint::None)
         return f;
-    const J<Order> one(1.0);
+    const J one(1.0);
     sink(centre_index(), one - f);
     return one;
 }

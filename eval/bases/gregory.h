@@ -62,16 +62,20 @@ public:
     /// Calls sink(i, w) with the jet w of one contribution to the weight of control point i;
     /// a point may come several times. \return f, by which the sums are to be divided.
     /// \pre the point is in the domain; no allocation
+    template <int Order, class T, class Sink>
+    Jet<T, Order> for_each_weight(const DomainPointOf<T>& p, Chart chart,
+                                  Sink&& sink) const noexcept {
+        if (n() == 4)
+            return quad_weights<Order, T>(p.a, p.b, sink);
+        return ribbons_.for_each_weight<Order, T>(
+            p, chart, [&](Index i, const Jet<T, Order>& w) {
+                sink(i == ribbons_.centre_index() ? centre_index() : ribbon_point(i), w);
+            });
+    }
     template <int Order, class Sink>
     Jet<double, Order> for_each_weight(const DomainPoint& p, Chart chart,
                                        Sink&& sink) const noexcept {
-        if (n() == 4)
-            return quad_weights<Order>(p.a, p.b, sink);
-        const Jet<double, Order> f = ribbons_.for_each_weight<Order>(
-            p, chart, [&](Index i, const Jet<double, Order>& w) {
-                sink(i == ribbons_.centre_index() ? centre_index() : ribbon_point(i), w);
-            });
-        return f;
+        return for_each_weight<Order, double>(p, chart, sink);
     }
 
     /// The point of the domain under (a, b); (a, b) itself for n = 4.
@@ -104,13 +108,12 @@ private:
                      kPoints[j][i % 2]);
     }
 
-    template <int Order, class Sink>
-    Jet<double, Order> quad_weights(double u, double v, Sink&& sink) const noexcept;
+    template <int Order, class T, class Sink>
+    Jet<T, Order> quad_weights(const T& u, const T& v, Sink&& sink) const noexcept;
 
     /// x^2 y / (x + y) for x and y linear in the variables of the jets.
-    template <int Order>
-    static Jet<double, Order> blended(Jet<double, Order> x,
-                                      Jet<double, Order> y) noexcept;
+    template <int Order, class T>
+    static Jet<T, Order> blended(Jet<T, Order> x, Jet<T, Order> y) noexcept;
 
     GeneralisedBezierBasis ribbons_;
 };
@@ -133,30 +136,29 @@ Vec3<T> GregoryBasis::corner_normal(std::span<const Vec3<T>> points,
     return normal(jet);
 }
 
-template <int Order>
-Jet<double, Order> GregoryBasis::blended(Jet<double, Order> x,
-                                         Jet<double, Order> y) noexcept {
+template <int Order, class T>
+Jet<T, Order> GregoryBasis::blended(Jet<T, Order> x, Jet<T, Order> y) noexcept {
     // Homogeneous of degree 2: at a point scaled by 1/r derivative m is r^(m-2) times as
     // large. So nothing under- or overflows near the corner, and at it the direction is that
     // of the bisector.
-    const double r = x.c[0] + y.c[0];
-    const bool at_corner = r < 1e-100;
-    x.c[0] = at_corner ? 0.5 : x.c[0] / r;
-    y.c[0] = at_corner ? 0.5 : y.c[0] / r;
-    Jet<double, Order> b = x * x * y / (x + y);
-    double scale = r * r;  // r^(2-m)
+    const T r = x.c[0] + y.c[0];
+    const bool at_corner = representative(r) < 1e-100;
+    x.c[0] = at_corner ? T(0.5) : x.c[0] / r;
+    y.c[0] = at_corner ? T(0.5) : y.c[0] / r;
+    Jet<T, Order> b = x * x * y / (x + y);
+    T scale = r * r;  // r^(2-m)
     for (int m = 0, k = 0; m <= Order; ++m) {
         for (const int end = k + m; k <= end; ++k)
             b.c[k] *= scale;
-        scale = m == 0 ? r : m == 1 ? 1 : at_corner ? 0 : scale / r;
+        scale = m == 0 ? r : m == 1 ? T(1.0) : at_corner ? T(0.0) : scale / r;
     }
     return b;
 }
 
-template <int Order, class Sink>
-Jet<double, Order> GregoryBasis::quad_weights(double u, double v,
-                                              Sink&& sink) const noexcept {
-    using J = Jet<double, Order>;
+template <int Order, class T, class Sink>
+Jet<T, Order> GregoryBasis::quad_weights(const T& u, const T& v,
+                                         Sink&& sink) const noexcept {
+    using J = Jet<T, Order>;
     const J one(1.0);
     J along[4];  // from corner i to the next
     along[0] = J(u);

@@ -4,8 +4,17 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 
 namespace osdx {
+
+/// The number by which code chooses between formulas that agree where they meet: the scalar
+/// itself. Other scalars, intervals for instance, have a function of this name of their own, in
+/// their namespace.
+template <std::floating_point T>
+constexpr double representative(T x) noexcept {
+    return static_cast<double>(x);
+}
 
 /// A function of two variables near a point: its Taylor polynomial of total degree Order.
 ///

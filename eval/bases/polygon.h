@@ -55,7 +55,7 @@ private:
 /// no value at the corner across side i.
 template <int Order, class Distances>
 class PolygonSideParameters {
-    using J = Jet<double, Order>;
+    using J = Jet<typename Distances::Scalar, Order>;
 
 public:
     /// \param distances  distance(k) is l_k
@@ -110,11 +110,13 @@ private:
 };
 
 /// A point of the n-gon with the jets of the distances to its sides.
-template <int Order>
+template <int Order, class T = double>
 class PolygonDistances {
-    using J = Jet<double, Order>;
+    using J = Jet<T, Order>;
 
 public:
+    using Scalar = T;
+
     /// At (a, b) as jets, which are asked for derivatives unless `plain` says that they are
     /// the variables themselves, or the chart is (x, y).
     PolygonDistances(const Polygon& polygon, int sector, const J& a, const J& b,
@@ -130,15 +132,15 @@ public:
     J distance(int k) const noexcept {
         const auto at = [&](int i) { return polygon_.vertex_distance(i, k); };
         const int q = sector_;
-        const double centre = polygon_.centre_distance();
-        const double left = 0.5 * (at(q - 1) + at(q)), corner = at(q),
-                     right = 0.5 * (at(q) + at(q + 1));
+        const T centre = polygon_.centre_distance();
+        const T left = 0.5 * (at(q - 1) + at(q)), corner = at(q),
+                right = 0.5 * (at(q) + at(q + 1));
         if (!plain_) {
             const J one(1.0), ab = a_ * b_;
             return (one - a_ - b_ + ab) * centre + (a_ - ab) * left + ab * corner +
                    (b_ - ab) * right;
         }
-        const double a = a_.c[0], b = b_.c[0];
+        const T a = a_.c[0], b = b_.c[0];
         J l((1 - a) * (1 - b) * centre + a * (1 - b) * left + a * b * corner +
             (1 - a) * b * right);
         if constexpr (Order > 0) {
@@ -164,13 +166,13 @@ private:
 };
 
 /// The same with s_i and h_i.
-template <int Order>
+template <int Order, class T = double>
 class PolygonPoint {
-    using J = Jet<double, Order>;
+    using J = Jet<T, Order>;
 
 public:
     /// At (a, b), in the chart of the sector or in (x, y).
-    PolygonPoint(const Polygon& polygon, const DomainPoint& p, Chart chart) noexcept
+    PolygonPoint(const Polygon& polygon, const DomainPointOf<T>& p, Chart chart) noexcept
         : PolygonPoint(polygon, p.sector, J(p.a), J(p.b), chart, true) {}
 
     /// See PolygonDistances.
@@ -186,8 +188,8 @@ public:
     J h(int i) const noexcept { return parameters_.h(i); }
 
 private:
-    PolygonDistances<Order> distances_;
-    PolygonSideParameters<Order, PolygonDistances<Order>> parameters_;
+    PolygonDistances<Order, T> distances_;
+    PolygonSideParameters<Order, PolygonDistances<Order, T>> parameters_;
 };
 
 }  // namespace osdx

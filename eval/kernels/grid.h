@@ -112,13 +112,38 @@ template <class T>
 using Kernel = void (*)(const Table<T>& table, const Batch<T>& batch,
                         const Target<T>& target, T* scratch);
 
-/// For the widest vectors of this machine.
+/// For a table and a layout, with the widest vectors of this machine.
 template <class T>
-Kernel<T> kernel() noexcept;
+Kernel<T> kernel(const Table<T>& table, Layout layout) noexcept;
+
+// One file for each: full tables; products of low degree, and all into planar layouts; those of
+// high degree into the others.
+template <class T>
+Kernel<T> full_kernel() noexcept;
+template <>
+Kernel<float> full_kernel() noexcept;
+template <>
+Kernel<double> full_kernel() noexcept;
+template <class T>
+Kernel<T> product_kernel() noexcept;
+template <>
+Kernel<float> product_kernel() noexcept;
+template <>
+Kernel<double> product_kernel() noexcept;
+template <class T>
+Kernel<T> high_kernel() noexcept;
+template <>
+Kernel<float> high_kernel() noexcept;
+template <>
+Kernel<double> high_kernel() noexcept;
 
 /// Copies past the caches, to memory that is not read soon. Other threads see it after the
 /// next synchronisation.
 template <class T>
 void stream(const T* from, std::size_t n, T* to) noexcept;
+template <>
+void stream(const float* from, std::size_t n, float* to) noexcept;
+template <>
+void stream(const double* from, std::size_t n, double* to) noexcept;
 
 }  // namespace osdx::grid

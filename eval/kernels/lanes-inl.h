@@ -362,22 +362,15 @@ struct LaneJet {
     }
 };
 
+#define OSDX_TURN HWY_INLINE
+#include "eval/turn-inl.h"
+#undef OSDX_TURN
+
 /// Derivatives in variables that are turned against others.
 template <class V, int kOrder>
 HWY_INLINE LaneJet<V, kOrder> turned(V cos, V sin, LaneJet<V, kOrder> jet) {
-    LaneJet<V, kOrder> r = jet;
-    if constexpr (kOrder > 0) {
-        r.c[1] = mul_add(cos, jet.c[1], sin * jet.c[2]);
-        r.c[2] = mul_sub(cos, jet.c[2], sin * jet.c[1]);
-    }
-    if constexpr (kOrder > 1) {
-        const V cc = cos * cos, ss = sin * sin, cs = cos * sin,
-                twice = (cs + cs) * jet.c[4];
-        r.c[3] = mul_add(cc, jet.c[3], mul_add(ss, jet.c[5], twice));
-        r.c[4] = mul_add(cc - ss, jet.c[4], cs * (jet.c[5] - jet.c[3]));
-        r.c[5] = mul_add(ss, jet.c[3], mul_sub(cc, jet.c[5], twice));
-    }
-    return r;
+    turn_derivatives<kOrder, V>(cos, sin, jet.c);
+    return jet;
 }
 
 /// Taylor coefficients of a function of one variable.

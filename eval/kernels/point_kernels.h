@@ -3,20 +3,27 @@
 
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <optional>
+
+#include <osdx/patch_class.h>
+#include <osdx/place.h>
+#include <osdx/types.h>
 
 #include "eval/kernels/ribbon_tables.h"
+#include "eval/turn.h"
 
+/// The kernels of single points, for the instruction set of this machine: a file for each kind
+/// of patch. Weights and sums are formed in double.
 namespace osdx::detail {
 
 /// The variables of derivatives: (x, y) of the sector, x running to its corner, or what Chart says.
 enum class PointFrame { Sector, Native, BaseUV };
 
-/// From (a, b) of a patch to (u, v), which are turned and scaled:
-/// d_u = cos d_a + sin d_b, d_v = cos d_b - sin d_a.
-struct ChartTurn {
-    double cos = 1, sin = 0;
-};
+constexpr PointFrame frame_of(Chart chart) noexcept {
+    return chart == Chart::Native ? PointFrame::Native : PointFrame::BaseUV;
+}
 
 /// A sum over the control points of one patch of their values times the weights at one
 /// point of the domain.
@@ -49,44 +56,54 @@ struct PointJets {
     double value[6][3][kLanes];
 };
 
-/// The kernels for the instruction set of this machine, for points in float or double.
-/// Weights and sums are formed in double.
-template <class T>
+/// What the kernels of a class of patches read.
+struct KernelTables {
+    PatchKind kind;
+    int degree;
+    std::optional<TaylorRows> taylor;  ///< of regular patches
+    std::optional<RingTables> ring;    ///< of EV and EF patches
+};
+
+/// The kernels of a class of patches, by the order of the derivatives. Null where there is none.
+///
+/// Regular patches and Gregory patches of four sides: at (a, b) of [0,1]^2, which are the
+/// variables of the derivatives, whatever the frame.
 struct PointKernels {
-    PointKernels();
-
-    /// At (s, t) of [0,1]^2, which are the variables, with derivatives up to an order of 0 to 2.
-    void (*regular)(const TaylorRows& taylor, int degree, double s, double t, int order,
-                    ChartTurn turn, const PointSum<T>& sum, PointJet& out);
-
+    /// \param turn  turns the variables of the frame
+    template <class T>
+    using Sum = void (*)(const KernelTables& tables, const DomainPoint& p,
+                         PointFrame frame, ChartTurn turn, const PointSum<T>& sum,
+                         PointJet& out);
     /// The same at some places at once.
     /// \param net  x, y, z of the control points
-    void (*regular_points)(const TaylorRows& taylor, int degree, const double* net,
-                           const PointPlaces& at, int order, PointJets& out);
+    using Many = void (*)(const KernelTables& tables, const double* net,
+                          const PointPlaces& at, Chart chart, PointJets& out);
+    /// The weights: derivative r of point i in out[r n_points + i].
+    using Weights = void (*)(const KernelTables& tables, const DomainPoint& p,
+                             PointFrame frame, ChartTurn turn, double* out);
 
-    /// Gregory patches of four sides, at (a, b) of [0,1]^2, which are the variables.
-    void (*gregory)(double a, double b, int order, ChartTurn turn, const PointSum<T>& sum,
-                    PointJet& out);
-    /// The same at some places at once, whose sectors are 0.
-    /// \param net  x, y, z of the control points
-    void (*gregory_points)(const double* net, const PointPlaces& at, int order,
-                           PointJets& out);
+    std::array<Sum<float>, 3> float_sum{};
+    std::array<Sum<double>, 3> double_sum{};
+    std::array<Many, 3> many{};
+    std::array<Weights, 3> weights{};
 
-    /// EV and EF patches inside. Null where the machine's registers are too narrow.
-    /// \param turn  turns the variables of the frame
-    void (*polygon)(const RingTables& tables, PatchKind kind, const DomainPoint& p,
-                    int order, PointFrame frame, ChartTurn turn, const PointSum<T>& sum,
-                    PointJet& out);
-
-    /// The weights of such a patch that is a ring: derivative r of point i in
-    /// out[r n_points + i]. Null where `polygon` is.
-    void (*ring_weights)(const RingTables& tables, PatchKind kind, const DomainPoint& p,
-                         int order, PointFrame frame, ChartTurn turn, double* out);
-
-    /// The same as `polygon` at some places of a ring at once. Null where that is.
-    /// \param net  x, y, z of the control points
-    void (*ring_points)(const RingTables& tables, PatchKind kind, const double* net,
-                        const PointPlaces& at, Chart chart, int order, PointJets& out);
+    template <class T>
+    Sum<T> sum(int order) const noexcept {
+        if constexpr (sizeof(T) == sizeof(float))
+            return float_sum[order];
+        else
+            return double_sum[order];
+    }
 };
+
+/// Each sets the kernels that it has for a class.
+void set_regular_kernels(const KernelTables& tables, PointKernels& kernels);
+void set_gregory_kernels(PointKernels& kernels);  ///< of four sides
+/// EV and EF patches inside. None where the machine's registers are too narrow.
+void set_ribbon_sums_float_kernels(PointKernels& kernels);
+void set_ribbon_sums_double_kernels(PointKernels& kernels);
+void set_ribbon_weights_kernels(const KernelTables& tables, PointKernels& kernels);
+/// Rings at some places at once.
+void set_ribbon_many_kernels(const KernelTables& tables, PointKernels& kernels);
 
 }  // namespace osdx::detail

@@ -2,13 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Included once for each instruction set that is compiled (hwy/foreach_target.h).
-#if defined(OSDX_EVAL_RIBBON_WEIGHTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef OSDX_EVAL_RIBBON_WEIGHTS_INL_H_
-#undef OSDX_EVAL_RIBBON_WEIGHTS_INL_H_
+#if defined(OSDX_EVAL_RIBBON_ONE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef OSDX_EVAL_RIBBON_ONE_INL_H_
+#undef OSDX_EVAL_RIBBON_ONE_INL_H_
 #else
-#define OSDX_EVAL_RIBBON_WEIGHTS_INL_H_
+#define OSDX_EVAL_RIBBON_ONE_INL_H_
 #endif
 
+#include "eval/kernels/ribbon_weights-inl.h"
 #include "eval/kernels/ribbons-inl.h"
 
 // The weights of the control points of EV and EF patches inside, up to one common factor, by
@@ -16,28 +17,6 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace osdx::HWY_NAMESPACE {
-
-/// Weights of one block of ribbons on their way to a sum: of points k = 0, 1, .. of every
-/// sector, then of its first spoke for EV, as PatchClass orders them, and last for EV the part of
-/// each ribbon in that of the vertex. Derivative r of point k in lane m is
-/// values[(k n_derivatives + r) kLanes + m], m the sector start + m modulo n.
-struct Weights {
-    static constexpr int kMost = kMaxDegree * kMaxDegree;
-
-    alignas(64) double values[kMost * 6 * kLanes];
-
-    template <int kOrder>
-    HWY_INLINE void put(int k, LaneJet<P8, kOrder> w) {
-        for (int r = 0; r < w.kSize; ++r)
-            w.c[r].store(values + (k * w.kSize + r) * kLanes);
-    }
-};
-
-/// What takes the weights of a block, of a type that those who make them do not know.
-struct WeightSink {
-    void (*take)(const WeightSink& sink, const Weights& weights, int start);
-    void* state;
-};
 
 // ------------------------------------------------------------------ cubic ribbons
 
@@ -418,27 +397,7 @@ HWY_INLINE void block_weights(const RingTables& t, PatchKind kind,
         cubic_weights<false, kOrder>(t, ribbons, weights);
 }
 
-/// The weights of all points of a ring, from sector 0 on.
-template <int kOrder>
-HWY_NOINLINE void ring_weights(const RingTables& t, PatchKind kind, const DomainPoint& p,
-                               Weights& weights) {
-    block_weights<kOrder>(t, kind, ring_ribbons<kOrder>(t, p), weights);
-}
-
-/// Gives the weights of windows to a sink.
-template <int kOrder>
-HWY_NOINLINE void window_weights(const RingTables& t, PatchKind kind,
-                                 const DomainPoint& p, const WeightSink& sink) {
-    Weights weights;
-    const WindowH<kOrder> h(t, p.a, p.b);
-    for (int i = 0; i < t.n; i += RingTables::kWindow) {
-        const int first = i - RingTables::kFirstOfWindow;
-        block_weights<kOrder>(t, kind, window_ribbons<kOrder>(t, p, h, first), weights);
-        sink.take(sink, weights, (p.sector + first + t.n) % t.n);
-    }
-}
-
 }  // namespace osdx::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
-#endif  // OSDX_EVAL_RIBBON_WEIGHTS_INL_H_
+#endif  // OSDX_EVAL_RIBBON_ONE_INL_H_

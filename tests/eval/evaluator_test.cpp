@@ -218,7 +218,7 @@ void expect_many_as_one(const Surface& s, int n) {
                 std::array<double, 6> sums{};
                 for (std::size_t k = 0; k < w.size(); ++k)
                     sums[k / (w.size() / 6)] += std::abs(w[k]);
-                if (!e.basis(where[i].patch).patch_class().is_square()) {
+                if (!e.table().class_of(where[i].patch).is_square()) {
                     const double near = std::max(1.0, 1 / (2 - where[i].a - where[i].b));
                     sums[1] = sums[2] = near * std::max(sums[1], sums[2]);
                     sums[3] = sums[4] = sums[5] =

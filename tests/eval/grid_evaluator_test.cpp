@@ -102,7 +102,7 @@ void expect_values(const GridEvaluator<T>& grid, const Surface& surface,
     ASSERT_EQ(grid.n_samples(), samples.size());
     std::vector<double> w;
     for (std::size_t s = 0; s < samples.size(); ++s) {
-        const PatchClass& c = e.basis(samples[s].patch).patch_class();
+        const PatchClass& c = e.table().class_of(samples[s].patch);
         const auto n = static_cast<std::size_t>(c.n_points());
         w.assign(n_derivatives(2) * n, 0.0);
         const Chart chart = c.is_open() ? border_chart : Chart::BaseUV;

@@ -436,7 +436,7 @@ TEST(PatchBasis, ReproducesTheReferenceVectors) {
                 EXPECT_EQ(c.degree, 2);
                 EXPECT_EQ(xy, nlohmann::json({0.0, 0.0}));
             }
-            const auto side = basis.side_parameters(p);
+            const auto side = basis.ribbons()->side_parameters(p);
             for (int i = 0; i < c.n_sectors; ++i) {
                 EXPECT_NEAR(side.s[i], sample.at("s").at(i).get<double>(), 1e-13);
                 EXPECT_NEAR(side.h[i], sample.at("h").at(i).get<double>(), 1e-13);
@@ -714,7 +714,7 @@ TEST(PatchBasis, SideParametersOnTheSides) {
         const PatchBasis basis({PatchKind::EV, 3, n});
         for (const int i : {0, 1, n / 2, n - 1}) {
             for (const double t : {0.05, 0.3, 0.5, 0.75, 0.99}) {
-                const auto side = basis.side_parameters(side_point(n, i, t));
+                const auto side = basis.ribbons()->side_parameters(side_point(n, i, t));
                 const int before = (i + n - 1) % n, after = (i + 1) % n;
                 EXPECT_EQ(side.h[i], 0) << "n " << n;
                 EXPECT_NEAR(side.s[i], t, 1e-15);
@@ -729,13 +729,13 @@ TEST(PatchBasis, SideParametersOnTheSides) {
                 }
             }
             // At the corner at the end of side i.
-            const auto corner = basis.side_parameters({i, 1, 1});
+            const auto corner = basis.ribbons()->side_parameters({i, 1, 1});
             EXPECT_NEAR(corner.s[i], 1, 1e-15);
             EXPECT_EQ(corner.s[(i + 1) % n], 0);
             EXPECT_EQ(corner.h[i], 0);
             EXPECT_EQ(corner.h[(i + 1) % n], 0);
         }
-        const auto centre = basis.side_parameters({0, 0, 0});
+        const auto centre = basis.ribbons()->side_parameters({0, 0, 0});
         for (int i = 0; i < n; ++i) {
             EXPECT_NEAR(centre.s[i], 0.5, 1e-15);
             EXPECT_NEAR(centre.h[i], 1 - 2.0 / n, 1e-15);
@@ -748,7 +748,7 @@ TEST(PatchBasis, SideParametersInside) {
         const PatchClass c{PatchKind::EV, 3, n};
         const PatchBasis basis(c);
         for (const auto& p : inner_points(n)) {
-            const auto side = basis.side_parameters(p);
+            const auto side = basis.ribbons()->side_parameters(p);
             const Reference<0> reference(c, basis.to_native(p));
             double sum = 0;
             for (int i = 0; i < n; ++i) {
@@ -991,10 +991,10 @@ TEST(PatchBasis, IsContinuousOfOrderDMinusOneAcrossItsKnots) {
             };
             for (int i = 0; i < n; ++i) {
                 const auto s = [&](double t) {
-                    return width * basis.side_parameters(at(t)).s[i];
+                    return width * basis.ribbons()->side_parameters(at(t)).s[i];
                 };
                 const auto h = [&](double t) {
-                    return width * basis.side_parameters(at(t)).h[i];
+                    return width * basis.ribbons()->side_parameters(at(t)).h[i];
                 };
                 for (const auto& knots :
                      {knots_on_line(s, width - 1), knots_on_line(h, width - 1)}) {

@@ -663,7 +663,7 @@ TEST(PatchBorderBasis, IsOfOrderDMinusOneAcrossItsKnots) {
                 return basis.from_native((1 - t) * from + t * to);
             };
             std::vector<double> knots = knots_on_line([&](double t) {
-                const auto side = basis.side_parameters(at(t));
+                const auto side = basis.ribbons()->side_parameters(at(t));
                 std::vector<double> values = side.s;
                 values.insert(values.end(), side.h.begin(), side.h.end());
                 for (double& x : values)

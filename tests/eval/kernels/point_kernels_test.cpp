@@ -17,6 +17,7 @@
 #include <osdx/evaluator.h>
 
 #include "eval/bases/patch_basis.h"
+#include "eval/kernels/patch_kernel.h"
 #include "tests/support/instruction_sets.h"
 #include "tests/support/patch_class_names.h"
 
@@ -139,13 +140,14 @@ void expect_as_by_weights(const PatchBasis& basis, const DomainPoint& p, Chart c
 template <int Order, class T>
 int check(const PatchBasis& basis, const Net<T>& net) {
     const PatchClass& c = basis.patch_class();
+    const PatchKernel kernel(basis);
     int n_checked = 0;
     for (const DomainPoint& p : domain_points(c)) {
         if (jumps<Order>(c, p))
             continue;
         for (const Chart chart : {Chart::BaseUV, Chart::Native}) {
             detail::PointJet jet;
-            if (!basis.sum<T>(p, chart, Order, {}, net.sum(), jet))
+            if (!kernel.sum<T>(p, chart, Order, {}, net.sum(), jet))
                 continue;
             ++n_checked;
             expect_as_by_weights<Order>(basis, p, chart, net,
@@ -208,12 +210,13 @@ template <int Order>
 int check_ring_weights(const PatchBasis& basis) {
     using J = Jet<double, Order>;
     const PatchClass& c = basis.patch_class();
+    const PatchKernel kernel(basis);
     const std::size_t n = static_cast<std::size_t>(c.n_points());
     int n_checked = 0;
     for (const DomainPoint& p : domain_points(c)) {
         for (const Chart chart : {Chart::BaseUV, Chart::Native}) {
             std::vector<double> out(J::kSize * n, -1.0);
-            if (jumps<Order>(c, p) || !basis.weights(p, chart, Order, {}, out))
+            if (jumps<Order>(c, p) || !kernel.weights(p, chart, Order, {}, out))
                 continue;
             ++n_checked;
             std::vector<J> expected(n);
@@ -256,25 +259,26 @@ TEST(RingWeights, EqualThoseOfEachPoint) {
     EXPECT_EQ(n_checked > 0, wide);
     // Elsewhere there is none.
     double out[1];
-    EXPECT_FALSE(PatchBasis({PatchKind::Regular, 3, 4})
-                     .weights({0, 0.5, 0.5}, Chart::BaseUV, 0, {}, out));
-    EXPECT_FALSE(PatchBasis({PatchKind::EV, 3, 9})
-                     .weights({0, 0.5, 0.5}, Chart::BaseUV, 0, {}, out));
-    EXPECT_FALSE(
-        PatchBasis({PatchKind::EV, 3, 5}).weights({2, 1, 1}, Chart::BaseUV, 0, {}, out));
+    const auto has_weights = [&](const PatchClass& c, const DomainPoint& p) {
+        return PatchKernel(PatchBasis(c)).weights(p, Chart::BaseUV, 0, {}, out);
+    };
+    EXPECT_FALSE(has_weights({PatchKind::Regular, 3, 4}, {0, 0.5, 0.5}));
+    EXPECT_FALSE(has_weights({PatchKind::EV, 3, 9}, {0, 0.5, 0.5}));
+    EXPECT_FALSE(has_weights({PatchKind::EV, 3, 5}, {2, 1, 1}));
 }
 
 /// Places of any sectors at a time, the last few repeated.
 template <int Order>
 void check_many(const PatchBasis& basis, const Net<double>& net) {
     constexpr int kLanes = detail::kLanes;
+    const PatchKernel kernel(basis);
     const PatchClass& c = basis.patch_class();
     std::vector<double> values;
     for (const Index i : net.points)
         values.insert(values.end(), &net.values[3 * i], &net.values[3 * i] + 3);
     std::vector<DomainPoint> points = domain_points(c);
     std::erase_if(points, [&](const DomainPoint& p) {
-        return !basis.is_of_many(p) || jumps<Order>(c, p);
+        return !kernel.takes(p) || jumps<Order>(c, p);
     });
     std::mt19937 engine(3);
     std::ranges::shuffle(points, engine);
@@ -289,7 +293,7 @@ void check_many(const PatchBasis& basis, const Net<double>& net) {
         }
         for (const Chart chart : {Chart::BaseUV, Chart::Native}) {
             detail::PointJets jets;
-            basis.sum_many(values, at, chart, Order, jets);
+            kernel.sum_many(values, at, chart, Order, jets);
             for (int i = 0; i < kLanes; ++i)
                 expect_as_by_weights<Order>(
                     basis, point(i), chart, net,
@@ -310,7 +314,7 @@ TEST(PointKernelsOfMany, EqualTheirWeights) {
                     if (kind == PatchKind::Gregory && d != 3)
                         continue;
                     const PatchBasis basis({kind, d, n});
-                    if (!basis.has_many())
+                    if (!PatchKernel(basis).has_many())
                         continue;
                     const Net<double> net(basis.patch_class().n_points(), 3);
                     check_many<0>(basis, net);
@@ -330,7 +334,8 @@ TEST(PointKernelsOfMany, TurnDerivativesOfEachPlace) {
                                     {PatchKind::EV, 3, 5},
                                     {PatchKind::EF, 4, 6}}) {
             const PatchBasis basis(c);
-            if (!basis.has_many())
+            const PatchKernel kernel(basis);
+            if (!kernel.has_many())
                 continue;
             const Net<double> net(c.n_points(), 2);
             std::vector<double> values;
@@ -348,12 +353,12 @@ TEST(PointKernelsOfMany, TurnDerivativesOfEachPlace) {
             }
             for (const Chart chart : {Chart::BaseUV, Chart::Native}) {
                 detail::PointJets jets;
-                basis.sum_many(values, at, chart, 2, jets);
+                kernel.sum_many(values, at, chart, 2, jets);
                 for (int i = 0; i < detail::kLanes; ++i) {
                     const DomainPoint p{at.sector[i], at.a[i], at.b[i]};
                     detail::PointJet jet;
-                    ASSERT_TRUE(basis.sum<double>(p, chart, 2, {at.cos[i], at.sin[i]},
-                                                  net.sum(), jet));
+                    ASSERT_TRUE(kernel.sum<double>(p, chart, 2, {at.cos[i], at.sin[i]},
+                                                   net.sum(), jet));
                     for (int r = 0; r < 6; ++r) {
                         const int m = r > 2 ? 2 : r > 0;
                         const double tolerance = 64 * std::pow(2, m) * scale(c, p, m) *
@@ -402,10 +407,10 @@ TYPED_TEST(PointKernels, ConstantsAreReproduced) {
                                     {PatchKind::EV, 3, 11}}) {
             Net<T> net(c.n_points(), 3);
             std::ranges::fill(net.values, T(1));
-            const PatchBasis basis(c);
+            const PatchKernel kernel{PatchBasis(c)};
             for (const DomainPoint& p : domain_points(c)) {
                 detail::PointJet jet;
-                if (!basis.sum<T>(p, Chart::BaseUV, 1, {}, net.sum(), jet))
+                if (!kernel.sum<T>(p, Chart::BaseUV, 1, {}, net.sum(), jet))
                     continue;
                 for (int r = 0; r < 3; ++r)
                     EXPECT_NEAR(
@@ -420,11 +425,12 @@ TYPED_TEST(PointKernels, ConstantsAreReproduced) {
 // Below this distance from a corner, where blends have no limit, there is no kernel.
 TYPED_TEST(PointKernels, CornersAreLeftToTheWeights) {
     using T = TypeParam;
-    const PatchBasis basis({PatchKind::EV, 3, 5});
-    const Net<T> net(basis.patch_class().n_points(), 3);
+    const PatchClass c{PatchKind::EV, 3, 5};
+    const PatchKernel kernel{PatchBasis(c)};
+    const Net<T> net(c.n_points(), 3);
     detail::PointJet jet;
-    EXPECT_FALSE(basis.sum<T>({2, 1, 1}, Chart::BaseUV, 1, {}, net.sum(), jet));
-    EXPECT_FALSE(basis.sum<T>({2, 1 - 1e-9, 1}, Chart::BaseUV, 1, {}, net.sum(), jet));
+    EXPECT_FALSE(kernel.sum<T>({2, 1, 1}, Chart::BaseUV, 1, {}, net.sum(), jet));
+    EXPECT_FALSE(kernel.sum<T>({2, 1 - 1e-9, 1}, Chart::BaseUV, 1, {}, net.sum(), jet));
 }
 
 }  // namespace

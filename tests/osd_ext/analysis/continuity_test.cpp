@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <stdexcept>
 #include <string>
@@ -158,13 +159,19 @@ std::pair<J, J> triangle_parameters(int side, Vec2<double> xy) {
     return {side == 0 ? J(0.5) + half : J(0.5) - half, 0.5 * (side == 0 ? last : first)};
 }
 
+/// Made once for each class.
+const PatchBasis& basis_of(const PatchClass& c) {
+    static std::map<PatchClass, PatchBasis> bases;
+    return bases.try_emplace(c, c).first->second;
+}
+
 /// The surface at a point of a patch edge in the parameters of the B-spline there, in edges
 /// of the base mesh: the first runs along the edge, the second to the left of it.
 J3 in_spline_parameters(const Surface& s, const PatchPoint& at, const PatchPoint& ahead,
                         bool on_the_left) {
     const PatchTable& table = s.patches();
     const PatchRef patch = table.patch(at.patch);
-    const PatchBasis& basis = s.evaluator().basis(at.patch);
+    const PatchBasis& basis = basis_of(table.class_of(at.patch));
     const PatchClass& c = basis.patch_class();
     const DomainPoint p{static_cast<int>(at.sector), at.a, at.b};
     J3 f;

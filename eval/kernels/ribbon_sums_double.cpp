@@ -1,0 +1,42 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include <algorithm>
+
+#include "eval/kernels/point_kernels.h"
+#include "eval/kernels/targets.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "eval/kernels/ribbon_sums_double.cpp"
+#include <hwy/foreach_target.h>  // IWYU pragma: keep
+
+// After foreach_target.h.
+#include "eval/kernels/ribbon_sums-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace osdx::HWY_NAMESPACE {
+
+void set_ribbon_sums_double(PointKernels& kernels) {
+    if constexpr (kHasRibbons)
+        kernels.double_sum = {&polygon_sum<0, double>, &polygon_sum<1, double>,
+                              &polygon_sum<2, double>};
+}
+
+}  // namespace osdx::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace osdx {
+
+HWY_EXPORT(set_ribbon_sums_double);
+
+namespace detail {
+
+void set_ribbon_sums_double_kernels(PointKernels& kernels) {
+    HWY_DYNAMIC_DISPATCH(set_ribbon_sums_double)(kernels);
+}
+
+}  // namespace detail
+
+}  // namespace osdx
+#endif  // HWY_ONCE
