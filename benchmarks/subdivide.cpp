@@ -40,8 +40,7 @@ Buffer<Vec3<double>> refined_points(const R& refinement, Index n, const MeshData
 /// \pre the connectivity of even degrees is FaceVertices
 Refined refine(const MeshData& mesh, int degree, int levels, Connectivity connectivity) {
     Topology base = *build_topology(mesh);
-    const Features features = *build_features(
-        mesh, base, {.ignore_tags = true, .boundary = BoundaryRule::EdgeOnly});
+    const Features features = *build_features(mesh, base, kNoTags);
     Refined r;
     if (degree % 2 == 0) {
         const DualRefinement refinement(std::move(base), degree, levels, features);

@@ -97,12 +97,8 @@ Result<Measures> measure(Job& job, const LimitSurface& limit, int rate,
 
 /// The texture coordinates of a job's mesh, over the same faces as its surface.
 Result<TextureSurface> load_texture(const Job& job, const CommandOptions& options) {
-    Result<TextureSurface> texture =
-        TextureSurface::build(job.mesh,
-                              {.degree = options.degree,
-                               .ignore_tags = options.ignore_tags,
-                               .boundary = options.boundary},
-                              options.uv_rule);
+    Result<TextureSurface> texture = TextureSurface::build(
+        job.mesh, options.patches, options.features, options.uv_rule);
     if (!texture)
         return in_file(texture.error(), options.input);
     return texture;
@@ -185,7 +181,7 @@ Result<RefinedTexture> refine_texture(const MeshData& data, const Topology& base
                                       const Features& features,
                                       const CommandOptions& options) {
     const Result<FaceVaryingRule> rule =
-        face_varying_rule(data, options.uv_rule, options.ignore_tags);
+        face_varying_rule(data, options.uv_rule, options.features.ignore_tags);
     if (!rule)
         return rule.error();
     Result<FaceVarying> channel =
@@ -196,8 +192,8 @@ Result<RefinedTexture> refine_texture(const MeshData& data, const Topology& base
     texture.rule = channel->rule;
     for (const Index value : channel->values)
         texture.uvs.push_back(data.uvs[value]);
-    const UniformRefinement refinement(channel->topology, options.degree, options.levels,
-                                       channel->features);
+    const UniformRefinement refinement(channel->topology, options.patches.degree,
+                                       options.levels, channel->features);
     const QuadGrids grids = refinement.grids();
     texture.face_uvs.resize(grids.n_halfedges());
     if (channel->rule != FaceVaryingRule::All) {
@@ -238,8 +234,8 @@ RefinedMesh refined_mesh(const Topology& topology, std::vector<Vec3<double>> poi
 RefinedMesh refine_mesh(const MeshData& data, Topology base, const Features& features,
                         const CommandOptions& options) {
     const std::span<const Vec3<double>> positions(data.positions);
-    if (options.degree % 2 == 1) {
-        const UniformRefinement refinement(std::move(base), options.degree,
+    if (options.patches.degree % 2 == 1) {
+        const UniformRefinement refinement(std::move(base), options.patches.degree,
                                            options.levels, features);
         std::vector<Vec3<double>> points(refinement.grids().n_vertices());
         refinement.points(positions, std::span(points));
@@ -247,8 +243,8 @@ RefinedMesh refine_mesh(const MeshData& data, Topology base, const Features& fea
                             refinement.features());
     }
     if (options.levels > 0 && DualRefinement::takes(features)) {
-        const DualRefinement refinement(std::move(base), options.degree, options.levels,
-                                        features);
+        const DualRefinement refinement(std::move(base), options.patches.degree,
+                                        options.levels, features);
         RefinedMesh result;
         result.data.positions.resize(refinement.n_vertices());
         refinement.points(positions, std::span(result.data.positions));
@@ -259,7 +255,7 @@ RefinedMesh refine_mesh(const MeshData& data, Topology base, const Features& fea
         result.data.tags = to_tags(refinement.base(), refinement.features());
         return result;
     }
-    Refinement refinement(std::move(base), options.degree, features);
+    Refinement refinement(std::move(base), options.patches.degree, features);
     for (int i = 0; i < options.levels; ++i)
         refinement.add_level();
     const RefinedLevel& last = refinement.level(options.levels);
@@ -282,8 +278,9 @@ Json family_report(const Job& job, const Measures& m) {
 std::string family_lines(const CommandOptions& options, const Job& job,
                          const Measures& m) {
     const Continuity& c = m.continuity;
-    std::string lines = fmt::format("{} patches (degree {}): {}\n", options.patch,
-                                    options.degree, patch_summary(job.surface.patches()));
+    std::string lines =
+        fmt::format("{} patches (degree {}): {}\n", options.patch, options.patches.degree,
+                    patch_summary(job.surface.patches()));
     lines +=
         fmt::format("  to the Catmull-Clark limit, over the bounding-box diagonal: {}\n",
                     distance_line(m.limit));
@@ -309,8 +306,7 @@ Status info_command(const CommandOptions& options) {
     const Topology& t = job->surface.base();
     const PatchTable& patches = job->surface.patches();
     // As tags, before the border is taken as what it is.
-    const Result<Features> features = build_features(
-        job->mesh, t, {.ignore_tags = options.ignore_tags, .boundary = options.boundary});
+    const Result<Features> features = build_features(job->mesh, t, options.features);
     if (!features)
         return in_file(features.error(), options.input);
 
@@ -336,7 +332,7 @@ Status info_command(const CommandOptions& options) {
     mesh["features"] = feature_report(*features);
     mesh["faces_without_surface"] = n_bare;
     const Json report = {{"mesh", mesh},
-                         {"degree", options.degree},
+                         {"degree", options.patches.degree},
                          {"refinement_levels", patches.n_levels() - 1},
                          {"patches", patch_counts(patches)},
                          {"patches_by_level", by_level},
@@ -359,7 +355,7 @@ Status info_command(const CommandOptions& options) {
         fmt::print("at borders: {} (faces)\n", one_line(mesh["boundary_valences"]));
     fmt::print("face sizes: {}\n", one_line(mesh["face_sizes"]));
     fmt::print("tags:       {}{}\n", one_line(tags),
-               options.ignore_tags && !tags.empty() ? " (ignored)" : "");
+               options.features.ignore_tags && !tags.empty() ? " (ignored)" : "");
     fmt::print("{}", feature_lines(mesh["features"], closed));
     if (n_bare > 0)
         fmt::print("bare:       {} faces without surface\n", n_bare);
@@ -367,9 +363,9 @@ Status info_command(const CommandOptions& options) {
         fmt::print("unused:     {} vertices that no face uses, the first is {}\n",
                    unused.size(), unused[0]);
     }
-    fmt::print("degree {}: {} level{} of refinement, {} control points\n", options.degree,
-               patches.n_levels() - 1, plural(patches.n_levels() - 1),
-               control_points.size());
+    fmt::print("degree {}: {} level{} of refinement, {} control points\n",
+               options.patches.degree, patches.n_levels() - 1,
+               plural(patches.n_levels() - 1), control_points.size());
     fmt::print("patches:    {}\n", patch_summary(patches));
     for (int level = 0; level < patches.n_levels(); ++level)
         fmt::print("  level {}:  {}\n", level, patch_summary(patches, level));
@@ -386,11 +382,11 @@ Status subdivide_command(const CommandOptions& options) {
     if (!built)
         return in_file(built.error(), options.input);
     Topology& base = *built;
-    Result<Features> features = build_features(
-        *data, base, {.ignore_tags = options.ignore_tags, .boundary = options.boundary});
+    Result<Features> features = build_features(*data, base, options.features);
     if (!features)
         return in_file(features.error(), options.input);
-    if (const Status s = check_refinement(*data, base, *features, options.degree); !s)
+    if (const Status s = check_refinement(*data, base, *features, options.patches.degree);
+        !s)
         return in_file(s.error(), options.input);
     const double n_corners = base.n_halfedges() * std::pow(4.0, options.levels);
     if (n_corners >= double(kInvalidIndex)) {
@@ -400,7 +396,7 @@ Status subdivide_command(const CommandOptions& options) {
     }
     progress.stage("refining");
     std::optional<RefinedTexture> texture;
-    if (!data->face_uvs.empty() && options.degree % 2 == 1) {
+    if (!data->face_uvs.empty() && options.patches.degree % 2 == 1) {
         Result<RefinedTexture> refined = refine_texture(*data, base, *features, options);
         if (!refined)
             return in_file(refined.error(), options.input);
@@ -421,7 +417,7 @@ Status subdivide_command(const CommandOptions& options) {
     if (const Status s = written(write_mesh(options.out, refined), options.out); !s)
         return s;
     return write_report(
-        options, {{"degree", options.degree},
+        options, {{"degree", options.patches.degree},
                   {"levels", options.levels},
                   {"mesh", mesh_report(refined.positions.size(),
                                        refined.face_sizes.size(), n_border_edges)}});
@@ -464,11 +460,12 @@ Status compare_command(const CommandOptions& options) {
     const double diagonal = job->diagonal();
     const int even_rate = options.rate + options.rate % 2;
     progress.stage("building the limit surface");
-    const Result<LimitSurface> limit = job->build_limit(options.isolation);
+    const Result<LimitSurface> limit = job->build_limit(options.limit_isolation);
     if (!limit)
         return in_file(limit.error(), options.input);
-    const Result<double> error = isolation_error(
-        base, job->surface.features(), job->mesh.positions, options.isolation, diagonal);
+    const Result<double> error =
+        isolation_error(base, job->surface.features(), job->mesh.positions,
+                        options.limit_isolation, diagonal);
     if (!error)
         return in_file(error.error(), options.input);
     const Result<Measures> m = measure(*job, *limit, options.rate, progress);
@@ -488,14 +485,14 @@ Status compare_command(const CommandOptions& options) {
         }
     }
 
-    Json report = {{"mesh", mesh_report(base)}, {"degree", options.degree}};
+    Json report = {{"mesh", mesh_report(base)}, {"degree", options.patches.degree}};
     report.update(family_report(*job, *m));
-    report["limit"]["isolation"] = options.isolation;
+    report["limit"]["isolation"] = options.limit_isolation;
     report["limit"]["isolation_error"] = *error;
 
     std::string lines = family_lines(options, *job, *m);
     lines += fmt::format("(limit of OpenSubdiv at isolation {}, itself within {:.1e})\n",
-                         options.isolation, *error);
+                         options.limit_isolation, *error);
     if (options.with == "catmark") {
         progress.stage("measuring OpenSubdiv's patches");
         const Result<LimitSurface> peer = job->build_limit(options.with_isolation);
@@ -550,7 +547,7 @@ Status render_command(const CommandOptions& options) {
     PictureInput input = job_picture(*job);
     std::optional<LimitSurface> limit;
     if (options.shade == "distance") {
-        auto built = job->build_limit(options.isolation);
+        auto built = job->build_limit(options.limit_isolation);
         if (!built)
             return in_file(built.error(), options.input);
         limit.emplace(std::move(*built));
@@ -565,7 +562,7 @@ Status render_command(const CommandOptions& options) {
         input.texture = [&](const QuarterPoint& q) { return texture->evaluate(q); };
     }
     input.title = fmt::format("{}, degree {}", options.input.filename().string(),
-                              options.patch == "catmark" ? 3 : options.degree);
+                              options.patch == "catmark" ? 3 : options.patches.degree);
     PictureOptions picture;
     picture.width = options.width;
     picture.height = options.height;
@@ -609,13 +606,13 @@ Status demo_command(const CommandOptions& options) {
         "patches"));
     Json table = Json::array();
     for (int degree = 2; degree <= 7; ++degree) {
-        own.degree = degree;
+        own.patches.degree = degree;
         progress.stage(fmt::format("degree {}", degree));
         Result<Job> job = load_job(own);
         if (!job)
             return job.error();
         // The limit surface refers to the base of one job; each job has its own.
-        auto built = job->build_limit(own.isolation);
+        auto built = job->build_limit(own.limit_isolation);
         if (!built)
             return in_file(built.error(), own.input);
         const Result<Measures> m = measure(*job, *built, kRate, progress);
@@ -636,7 +633,7 @@ Status demo_command(const CommandOptions& options) {
     if (const Status s = write_report(own, table); !s)
         return s;
 
-    own.degree = 3;
+    own.patches.degree = 3;
     const Result<Job> job = load_job(own);
     if (!job)
         return job.error();
@@ -648,7 +645,7 @@ Status demo_command(const CommandOptions& options) {
         return s;
 
     progress.print(fmt::format("\nwrote {}\n", glb.string()));
-    auto built = job->build_limit(own.isolation);
+    auto built = job->build_limit(own.limit_isolation);
     if (!built)
         return in_file(built.error(), own.input);
     const auto picture = [&](const PictureInput& input, Shade shade,
@@ -672,7 +669,7 @@ Status demo_command(const CommandOptions& options) {
     catmark.title = "Catmull-Clark limit";
     if (const Status s = picture(catmark, Shade::Reflection, "reflection_catmark"); !s)
         return s;
-    own.degree = 5;
+    own.patches.degree = 5;
     const Result<Job> quintic = load_job(own);
     if (!quintic)
         return quintic.error();

@@ -42,22 +42,15 @@ Result<Job> load_job(const CommandOptions& options) {
     if (!mesh)
         return in_file(mesh.error(), options.input);
     Stopwatch watch;
-    const PatchFamily family =
+    PatchTableOptions patches = options.patches;
+    patches.family =
         options.patch == "gregory" ? PatchFamily::Gregory : PatchFamily::Multisided;
-    Result<Surface> surface =
-        Surface::build(*mesh, {.degree = options.degree,
-                               .family = family,
-                               .levels = options.gregory_levels,
-                               .uniform = options.uniform,
-                               .paper_tangents = options.paper_tangents,
-                               .normalised = options.normalised,
-                               .ignore_tags = options.ignore_tags,
-                               .boundary = options.boundary});
+    Result<Surface> surface = Surface::build(*mesh, patches, options.features);
     if (!surface)
         return in_file(surface.error(), options.input);
     Job job{std::move(*mesh), std::move(*surface), std::nullopt, watch.lap()};
     if (options.patch == "catmark") {
-        Result<LimitSurface> limit = job.build_limit(options.isolation);
+        Result<LimitSurface> limit = job.build_limit(options.limit_isolation);
         if (!limit)
             return in_file(limit.error(), options.input);
         job.limit.emplace(std::move(*limit));

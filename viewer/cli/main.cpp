@@ -39,21 +39,21 @@ struct Parser {
     }
     void mesh(CLI::App* sub) {
         sub->add_option("MESH", options.input, "an OBJ, OFF or PLY file")->required();
-        sub->add_flag("--ignore-tags", options.ignore_tags,
+        sub->add_flag("--ignore-tags", options.features.ignore_tags,
                       "take the mesh as if it had no tags (creases, corners, holes)");
         static constexpr auto& rules = osdx::kBoundaryRuleNames;
         sub->add_option_function<std::string>(
                "--boundary",
                [this](const std::string& name) {
                    const auto at = std::ranges::find(rules, name) - rules.begin();
-                   options.boundary = static_cast<osdx::BoundaryRule>(at);
+                   options.features.boundary = static_cast<osdx::BoundaryRule>(at);
                },
                "none: no surface at the border; edge-only: border curves; "
                "edge-and-corner: pinned to corners too [the mesh's tag, or edge-only]")
             ->check(CLI::IsMember(std::vector<std::string>(rules.begin(), rules.end())));
     }
     void degree(CLI::App* sub) {
-        sub->add_option("--degree", options.degree, "of the B-splines")
+        sub->add_option("--degree", options.patches.degree, "of the B-splines")
             ->check(CLI::Range(osdx::kMinDegree, osdx::kMaxDegree))
             ->capture_default_str();
     }
@@ -68,15 +68,15 @@ struct Parser {
         sub->add_option("--patch", options.patch, text)
             ->check(CLI::IsMember(names))
             ->capture_default_str();
-        sub->add_option("--levels", options.gregory_levels,
+        sub->add_option("--levels", options.patches.gregory.levels,
                         "steps of refinement before Gregory patches")
             ->check(CLI::Range(0, 10))
             ->capture_default_str();
-        sub->add_flag("--uniform", options.uniform,
+        sub->add_flag("--uniform", options.patches.gregory.uniform,
                       "refine everywhere for Gregory patches, not only where needed");
-        sub->add_flag("--paper-tangents", options.paper_tangents,
+        sub->add_flag("--paper-tangents", options.patches.gregory.paper_tangents,
                       "Gregory patches with tangents of the eigenvectors' length");
-        sub->add_flag("--normalised", options.normalised,
+        sub->add_flag("--normalised", options.patches.gregory.normalised,
                       "Gregory patches without centre points, divided by their weights");
     }
     void uv_rule(CLI::App* sub) {
@@ -168,7 +168,7 @@ void define(Parser& p) {
     p.rate(compare, 2);
     compare->add_option("--images", p.options.images, "a folder for pictures");
     compare
-        ->add_option("--isolation", p.options.isolation,
+        ->add_option("--isolation", p.options.limit_isolation,
                      "refinement of the limit surface at irregular points")
         ->check(CLI::Range(1, osdx::LimitSurface::kMaxIsolation - 2))
         ->capture_default_str();
