@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <osdx/surface.h>
 #include <osdx/texture.h>
 
 #include "tests/support/test_meshes.h"

@@ -23,10 +23,6 @@
 #include <osdx/query.h>
 #include <osdx/texture.h>
 
-#include "far/mesh/topology_edits.h"
-#include "far/refine/grids/even_grids.h"
-#include "far/refine/grids/odd_grids.h"
-#include "far/refine/refinement.h"
 #include "viewer/cli/demo_mesh.h"
 #include "viewer/cli/job.h"
 #include "viewer/cli/progress.h"
@@ -135,22 +131,6 @@ Status write_picture(const PictureInput& input, PictureOptions options, Shade sh
     return written(write_png(file, *image), file);
 }
 
-void drop_unused_vertices(MeshData& mesh) {
-    std::vector<Index> number(mesh.positions.size(), kInvalidIndex);
-    for (const Index v : mesh.face_vertices)
-        number[v] = 0;
-    Index n = 0;
-    for (Index v = 0; v < number.size(); ++v) {
-        if (number[v] == kInvalidIndex)
-            continue;
-        mesh.positions[n] = mesh.positions[v];
-        number[v] = n++;
-    }
-    mesh.positions.resize(n);
-    for (Index& v : mesh.face_vertices)
-        v = number[v];
-}
-
 Status make_folder(const std::filesystem::path& folder) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
@@ -168,103 +148,6 @@ constexpr std::array kPictures = {
     std::pair(Shade::Patches, "patches"),   std::pair(Shade::Normals, "normals"),
     std::pair(Shade::Distance, "distance"),
 };
-
-struct RefinedTexture {
-    FaceVaryingRule rule = FaceVaryingRule::All;
-    std::vector<Vec2<double>> uvs;
-    std::vector<Index> face_uvs;
-};
-
-/// The texture coordinates on the last level, by corner as refine_mesh() numbers them for odd
-/// degrees.
-Result<RefinedTexture> refine_texture(const MeshData& data, const Topology& base,
-                                      const Features& features,
-                                      const CommandOptions& options) {
-    const Result<FaceVaryingRule> rule =
-        face_varying_rule(data, options.uv_rule, options.features.ignore_tags);
-    if (!rule)
-        return rule.error();
-    Result<FaceVarying> channel =
-        build_face_varying(base, features, data.face_uvs, *rule);
-    if (!channel)
-        return channel.error();
-    RefinedTexture texture;
-    texture.rule = channel->rule;
-    for (const Index value : channel->values)
-        texture.uvs.push_back(data.uvs[value]);
-    const UniformRefinement refinement(channel->topology, options.patches.degree,
-                                       options.levels, channel->features);
-    const QuadGrids grids = refinement.grids();
-    texture.face_uvs.resize(grids.n_halfedges());
-    if (channel->rule != FaceVaryingRule::All) {
-        std::vector<Vec2<double>> uvs(grids.n_vertices());
-        refinement.points(std::span<const Vec2<double>>(texture.uvs), std::span(uvs));
-        texture.uvs = std::move(uvs);
-        face_vertices(grids, texture.face_uvs);
-        return texture;
-    }
-    Topology topology = std::move(channel->topology);
-    for (int i = 0; i < options.levels; ++i) {
-        const StencilTable rows = split_stencils(topology);
-        std::vector<Vec2<double>> next(rows.n_rows());
-        rows.apply(std::span<const Vec2<double>>(texture.uvs), std::span(next));
-        texture.uvs = std::move(next);
-        topology = split(topology);
-    }
-    for (Index h = 0; h < topology.n_halfedges(); ++h)
-        texture.face_uvs[refinement.from_split(h)] = topology.vertex[h];
-    return texture;
-}
-
-/// The last level of a mesh with its tags.
-struct RefinedMesh {
-    MeshData data;
-    std::size_t n_border_edges;
-};
-
-RefinedMesh refined_mesh(const Topology& topology, std::vector<Vec3<double>> points,
-                         const Features& features) {
-    RefinedMesh result = {
-        to_mesh_data(topology, std::move(points)),
-        static_cast<std::size_t>(std::ranges::count(topology.twin, kInvalidIndex))};
-    result.data.tags = to_tags(topology, features);
-    return result;
-}
-
-RefinedMesh refine_mesh(const MeshData& data, Topology base, const Features& features,
-                        const CommandOptions& options) {
-    const std::span<const Vec3<double>> positions(data.positions);
-    if (options.patches.degree % 2 == 1) {
-        const UniformRefinement refinement(std::move(base), options.patches.degree,
-                                           options.levels, features);
-        std::vector<Vec3<double>> points(refinement.grids().n_vertices());
-        refinement.points(positions, std::span(points));
-        return refined_mesh(to_topology(refinement.grids()), std::move(points),
-                            refinement.features());
-    }
-    if (options.levels > 0 && DualRefinement::takes(features)) {
-        const DualRefinement refinement(std::move(base), options.patches.degree,
-                                        options.levels, features);
-        RefinedMesh result;
-        result.data.positions.resize(refinement.n_vertices());
-        refinement.points(positions, std::span(result.data.positions));
-        result.data.face_sizes.resize(refinement.n_faces());
-        result.data.face_vertices.resize(refinement.n_halfedges());
-        refinement.faces(result.data.face_sizes, result.data.face_vertices);
-        result.n_border_edges = refinement.n_border_edges();
-        result.data.tags = to_tags(refinement.base(), refinement.features());
-        return result;
-    }
-    Refinement refinement(std::move(base), options.patches.degree, features);
-    for (int i = 0; i < options.levels; ++i)
-        refinement.add_level();
-    const RefinedLevel& last = refinement.level(options.levels);
-    RefinedMesh result =
-        refined_mesh(last.topology, refinement.points(data.positions), last.features);
-    if (options.levels > 0)
-        drop_unused_vertices(result.data);  // points of creases between the faces
-    return result;
-}
 
 Json family_report(const Job& job, const Measures& m) {
     Json report = {{"patches", patch_counts(job.surface.patches())}};
@@ -370,57 +253,6 @@ Status info_command(const CommandOptions& options) {
     for (int level = 0; level < patches.n_levels(); ++level)
         fmt::print("  level {}:  {}\n", level, patch_summary(patches, level));
     return ok();
-}
-
-Status subdivide_command(const CommandOptions& options) {
-    Progress progress;
-    progress.stage("reading");
-    const Result<MeshData> data = read_mesh(options.input);
-    if (!data)
-        return in_file(data.error(), options.input);
-    Result<Topology> built = build_topology(*data);
-    if (!built)
-        return in_file(built.error(), options.input);
-    Topology& base = *built;
-    Result<Features> features = build_features(*data, base, options.features);
-    if (!features)
-        return in_file(features.error(), options.input);
-    if (const Status s = check_refinement(*data, base, *features, options.patches.degree);
-        !s)
-        return in_file(s.error(), options.input);
-    const double n_corners = base.n_halfedges() * std::pow(4.0, options.levels);
-    if (n_corners >= double(kInvalidIndex)) {
-        return fail(ErrorCode::InvalidOption,
-                    fmt::format("{} levels give {:.0f} face corners, more than {}",
-                                options.levels, n_corners, kInvalidIndex - 1));
-    }
-    progress.stage("refining");
-    std::optional<RefinedTexture> texture;
-    if (!data->face_uvs.empty() && options.patches.degree % 2 == 1) {
-        Result<RefinedTexture> refined = refine_texture(*data, base, *features, options);
-        if (!refined)
-            return in_file(refined.error(), options.input);
-        texture = std::move(*refined);
-    }
-    auto [refined, n_border_edges] =
-        refine_mesh(*data, std::move(base), *features, options);
-    if (texture) {
-        refined.uvs = std::move(texture->uvs);
-        refined.face_uvs = std::move(texture->face_uvs);
-        refined.tags.push_back({"facevaryinginterpolateboundary",
-                                {static_cast<int>(texture->rule)},
-                                {},
-                                {},
-                                0});
-    }
-    progress.stage("writing");
-    if (const Status s = written(write_mesh(options.out, refined), options.out); !s)
-        return s;
-    return write_report(
-        options, {{"degree", options.patches.degree},
-                  {"levels", options.levels},
-                  {"mesh", mesh_report(refined.positions.size(),
-                                       refined.face_sizes.size(), n_border_edges)}});
 }
 
 Status tessellate_command(const CommandOptions& options) {
