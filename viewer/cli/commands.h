@@ -14,7 +14,7 @@
 #include <osdx/features.h>
 #include <osdx/result.h>
 
-namespace osdx {
+namespace osdx::cli {
 
 /// On the command line and in reports, in the order of BoundaryRule.
 inline constexpr std::array<std::string_view, 3> kBoundaryRuleNames = {
@@ -53,4 +53,4 @@ Status compare_command(const CommandOptions& options);
 Status render_command(const CommandOptions& options);
 Status demo_command(const CommandOptions& options);
 
-}  // namespace osdx
+}  // namespace osdx::cli

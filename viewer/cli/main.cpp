@@ -21,7 +21,9 @@ namespace {
 constexpr int kBadInput = 1;
 constexpr int kBadUsage = 2;
 
-using osdx::CommandOptions;
+namespace cli = osdx::cli;
+
+using cli::CommandOptions;
 using Command = osdx::Status (*)(const CommandOptions&);
 
 /// Options that several subcommands share.
@@ -41,7 +43,7 @@ struct Parser {
         sub->add_option("MESH", options.input, "an OBJ, OFF or PLY file")->required();
         sub->add_flag("--ignore-tags", options.features.ignore_tags,
                       "take the mesh as if it had no tags (creases, corners, holes)");
-        static constexpr auto& rules = osdx::kBoundaryRuleNames;
+        static constexpr auto& rules = cli::kBoundaryRuleNames;
         sub->add_option_function<std::string>(
                "--boundary",
                [this](const std::string& name) {
@@ -107,13 +109,13 @@ void define(Parser& p) {
     p.app.require_subcommand(1);
 
     CLI::App* info =
-        p.add("info", "what a mesh holds and which patches it takes", osdx::info_command);
+        p.add("info", "what a mesh holds and which patches it takes", cli::info_command);
     p.mesh(info);
     p.degree(info);
     p.patch(info, false);
 
     CLI::App* subdivide =
-        p.add("subdivide", "refine a mesh uniformly", osdx::subdivide_command);
+        p.add("subdivide", "refine a mesh uniformly", cli::subdivide_command);
     p.mesh(subdivide);
     p.degree(subdivide);
     subdivide->add_option("--levels", p.options.levels, "refinement steps")
@@ -125,14 +127,14 @@ void define(Parser& p) {
           "texture coordinates), OFF or PLY");
 
     CLI::App* patch = p.add("patch", "evaluate one patch from its control net or mesh",
-                            osdx::patch_command);
+                            cli::patch_command);
     patch
         ->add_option("NET", p.options.input,
                      "a JSON file: kind, n, d, control, samples; or mesh, paper, tuned")
         ->required();
     p.out(patch, "the samples with their derivatives: JSON");
 
-    CLI::App* eval = p.add("eval", "evaluate points of a surface", osdx::eval_command);
+    CLI::App* eval = p.add("eval", "evaluate points of a surface", cli::eval_command);
     p.mesh(eval);
     p.degree(eval);
     p.patch(eval, true);
@@ -140,7 +142,7 @@ void define(Parser& p) {
     p.out(eval, "CSV: position, derivatives, normal, curvatures");
 
     CLI::App* tessellate =
-        p.add("tessellate", "a watertight mesh of the surface", osdx::tessellate_command);
+        p.add("tessellate", "a watertight mesh of the surface", cli::tessellate_command);
     p.mesh(tessellate);
     p.degree(tessellate);
     p.patch(tessellate, true);
@@ -150,7 +152,7 @@ void define(Parser& p) {
 
     CLI::App* compare =
         p.add("compare", "distance to the Catmull-Clark limit, and continuity",
-              osdx::compare_command);
+              cli::compare_command);
     p.mesh(compare);
     p.degree(compare);
     p.patch(compare, false);  // the limit surface is the other side of the comparison
@@ -173,8 +175,7 @@ void define(Parser& p) {
         ->check(CLI::Range(1, osdx::LimitSurface::kMaxIsolation - 2))
         ->capture_default_str();
 
-    CLI::App* render =
-        p.add("render", "a picture traced by Embree", osdx::render_command);
+    CLI::App* render = p.add("render", "a picture traced by Embree", cli::render_command);
     p.mesh(render);
     p.degree(render);
     p.patch(render, true);
@@ -191,8 +192,8 @@ void define(Parser& p) {
         ->expected(2)
         ->check(CLI::Range(16, 16384));
     render->add_option("--shade", p.options.shade, "what the colours show")
-        ->check(CLI::IsMember(
-            std::vector<std::string>(osdx::kShadeNames.begin(), osdx::kShadeNames.end())))
+        ->check(CLI::IsMember(std::vector<std::string>(osdx::render::kShadeNames.begin(),
+                                                       osdx::render::kShadeNames.end())))
         ->capture_default_str();
     render->add_option("--range", p.options.range,
                        "end of the colour scale for mean, gauss and distance");
@@ -202,7 +203,7 @@ void define(Parser& p) {
         ->capture_default_str();
 
     CLI::App* demo = p.add("demo", "the whole job on a bundled mesh, with pictures",
-                           osdx::demo_command);
+                           cli::demo_command);
     p.options.out = "demo";
     demo->add_option("--out", p.options.out, "the folder for its files")
         ->take_last()

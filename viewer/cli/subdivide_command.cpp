@@ -8,7 +8,7 @@
 #include "viewer/cli/job.h"
 #include "viewer/cli/progress.h"
 
-namespace osdx {
+namespace osdx::cli {
 
 Status subdivide_command(const CommandOptions& options) {
     Progress progress;
@@ -39,4 +39,4 @@ Status subdivide_command(const CommandOptions& options) {
                                        refined->n_border_edges)}});
 }
 
-}  // namespace osdx
+}  // namespace osdx::cli
