@@ -14,16 +14,17 @@ Case make_case(const char* stage, const BenchMesh& mesh, int degree, int threads
 }
 
 Way our_build(const BenchMesh& mesh, int degree, double* n_control_points = nullptr) {
-    const FloatSurface once = make_surface(mesh, surface_options(degree));
+    const FloatSurface once = make_surface(mesh, {.degree = degree});
     if (n_control_points) {
         const PatchTable& table = once.surface.patches();
         *n_control_points = 0;
         for (Index i = 0; i < table.n_patches(); ++i)
             *n_control_points += static_cast<double>(table.patch(i).points.size());
     }
-    return {kOurs, "Surface::build",
-            [&mesh, degree] { (void)Surface::build(mesh.data, surface_options(degree)); },
-            once.bytes};
+    return {
+        kOurs, "Surface::build",
+        [&mesh, degree] { (void)Surface::build(mesh.data, {.degree = degree}, kNoTags); },
+        once.bytes};
 }
 
 }  // namespace

@@ -137,7 +137,7 @@ void measure_degrees(Suite& suite, const BenchMesh& mesh, const FloatSurface& cu
     three.name = "grid, degree 3";
     three.items = n_control_points(cubic.surface);
     for (const int degree : {2, 4, 5, 6, 7}) {
-        const FloatSurface surface = make_surface(mesh, surface_options(degree));
+        const FloatSurface surface = make_surface(mesh, {.degree = degree});
         const Grid grid(surface);
         Case what = make_case("degree", mesh, grid, degree);
         what.items = n_control_points(surface.surface);
@@ -148,8 +148,8 @@ void measure_degrees(Suite& suite, const BenchMesh& mesh, const FloatSurface& cu
 
 /// The cost of a face of the largest mesh, against that of one of kSizes[0].
 void measure_sizes(Suite& suite, const BenchMesh& small, const BenchMesh& large) {
-    const FloatSurface small_surface = make_surface(small, surface_options(3)),
-                       large_surface = make_surface(large, surface_options(3));
+    const FloatSurface small_surface = make_surface(small, {.degree = 3}),
+                       large_surface = make_surface(large, {.degree = 3});
     const Grid small_grid(small_surface), large_grid(large_surface);
     Way way = small_grid.in_cache();
     way.name = "grid, " + small.name;
@@ -171,7 +171,7 @@ void evaluate_grid_stage(Suite& suite, std::span<const BenchMesh> meshes) {
             !(all ||
               suite.wants_any({"evaluate_grid_ev5", "evaluate_grid_gregory", "degree"})))
             continue;
-        const FloatSurface surface = make_surface(mesh, surface_options(3));
+        const FloatSurface surface = make_surface(mesh, {.degree = 3});
         if (all)
             measure_all(suite, mesh, surface);
         if (mesh.n_faces() > kLargestForStencils)
@@ -179,9 +179,10 @@ void evaluate_grid_stage(Suite& suite, std::span<const BenchMesh> meshes) {
         if (suite.wants("evaluate_grid_ev5"))
             measure_kind(suite, "evaluate_grid_ev5", mesh, surface, PatchKind::EV, 5);
         if (suite.wants("evaluate_grid_gregory")) {
-            measure_kind(suite, "evaluate_grid_gregory", mesh,
-                         make_surface(mesh, surface_options(3, PatchFamily::Gregory)),
-                         PatchKind::Gregory, 4);
+            measure_kind(
+                suite, "evaluate_grid_gregory", mesh,
+                make_surface(mesh, {.degree = 3, .family = PatchFamily::Gregory}),
+                PatchKind::Gregory, 4);
         }
         if (suite.wants("degree"))
             measure_degrees(suite, mesh, surface);

@@ -83,13 +83,13 @@ void evaluate_points_stage(Suite& suite, std::span<const BenchMesh> meshes) {
     for (const BenchMesh& mesh : meshes) {
         if (mesh.n_faces() > kLargestForStencils)
             continue;
-        const FloatSurface surface = make_surface(mesh, surface_options(3));
+        const FloatSurface surface = make_surface(mesh, {.degree = 3});
         measure_both(suite, "regular", mesh, surface, regular_faces(surface.surface),
                      kIsolation, 1e-5);
         // One Gregory patch over each face follows the limit in its own way.
         measure_both(suite, "ev5", mesh, surface, ev_faces(surface.surface, 5), 0, 0.03);
         const FloatSurface gregory =
-            make_surface(mesh, surface_options(3, PatchFamily::Gregory));
+            make_surface(mesh, {.degree = 3, .family = PatchFamily::Gregory});
         measure_both(suite, "gregory", mesh, gregory, gregory_faces(gregory.surface), 0,
                      0.03);
     }

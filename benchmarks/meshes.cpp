@@ -64,8 +64,7 @@ double one_sided(std::span<const Vec3<double>> from, std::span<const Vec3<double
 
 MeshData refined(const MeshData& mesh, int levels) {
     Topology base = value_or_throw(build_topology(mesh));
-    Features features = value_or_throw(build_features(
-        mesh, base, {.ignore_tags = true, .boundary = BoundaryRule::EdgeOnly}));
+    Features features = value_or_throw(build_features(mesh, base, kNoTags));
     Refinement refinement(std::move(base), 3, std::move(features));
     for (int i = 0; i < levels; ++i)
         refinement.add_level();

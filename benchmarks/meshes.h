@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include <osdx/features.h>
 #include <osdx/mesh_data.h>
 
 namespace osdx::bench {
@@ -19,6 +20,10 @@ struct BenchMesh {
     Index n_faces() const { return static_cast<Index>(data.face_sizes.size()); }
     Index n_vertices() const { return static_cast<Index>(data.positions.size()); }
 };
+
+/// How all meshes are read: without tags.
+inline constexpr FeatureOptions kNoTags = {.ignore_tags = true,
+                                           .boundary = BoundaryRule::EdgeOnly};
 
 /// Sizes, in faces, from which meshes are measured; the mesh itself comes before them.
 inline constexpr Index kSizes[] = {25'000, 400'000, 1'600'000};

@@ -21,10 +21,10 @@ void write(const SurfaceJet<float>& jet, float* out) {
 
 }  // namespace
 
-FloatSurface make_surface(const BenchMesh& mesh, const SurfaceOptions& options) {
+FloatSurface make_surface(const BenchMesh& mesh, const PatchTableOptions& patches) {
     double bytes;
     Result<Surface> built =
-        measured([&] { return Surface::build(mesh.data, options); }, bytes);
+        measured([&] { return Surface::build(mesh.data, patches, kNoTags); }, bytes);
     if (!built)
         throw std::runtime_error(mesh.name + ": " + built.error().message);
     FloatSurface s{*std::move(built), {}, bytes};

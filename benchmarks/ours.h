@@ -21,17 +21,9 @@ struct FloatSurface {
     double bytes = 0;
 };
 
-/// The options of all surfaces that are measured.
-inline SurfaceOptions surface_options(int degree,
-                                      PatchFamily family = PatchFamily::Multisided) {
-    return {.degree = degree,
-            .family = family,
-            .ignore_tags = true,
-            .boundary = BoundaryRule::EdgeOnly};
-}
-
+/// Without tags.
 /// \throw std::runtime_error with the reason why the mesh is refused
-FloatSurface make_surface(const BenchMesh& mesh, const SurfaceOptions& options);
+FloatSurface make_surface(const BenchMesh& mesh, const PatchTableOptions& patches);
 
 /// Faces over each of which one B-spline patch of the base mesh lies: there the surface of
 /// degree 3 is the limit of Catmull and Clark, whoever evaluates it.

@@ -40,18 +40,17 @@ Buffer<Vec3<double>> refined_points(const R& refinement, Index n, const MeshData
 /// \pre the connectivity of even degrees is FaceVertices
 Refined refine(const MeshData& mesh, int degree, int levels, Connectivity connectivity) {
     Topology base = *build_topology(mesh);
-    const Features features = *build_features(
-        mesh, base, {.ignore_tags = true, .boundary = BoundaryRule::EdgeOnly});
+    const Features features = *build_features(mesh, base, kNoTags);
     Refined r;
     if (degree % 2 == 0) {
-        const DualRefinement refinement(std::move(base), degree, levels, features);
+        const EvenGrids refinement(std::move(base), degree, levels, features);
         r.points = refined_points(refinement, refinement.n_vertices(), mesh);
         r.face_sizes.resize(refinement.n_faces());
         r.face_vertices.resize(refinement.n_halfedges());
         refinement.faces(r.face_sizes, r.face_vertices);
         return r;
     }
-    const UniformRefinement refinement(std::move(base), degree, levels, features);
+    const OddGrids refinement(std::move(base), degree, levels, features);
     const QuadGrids grids = refinement.grids();
     r.points = refined_points(refinement, grids.n_vertices(), mesh);
     if (connectivity == Connectivity::Full) {

@@ -16,7 +16,7 @@ void tessellate_stage(Suite& suite, std::span<const BenchMesh> meshes) {
     for (const BenchMesh& mesh : meshes) {
         if (mesh.n_faces() > kLargestForStencils)
             continue;
-        const FloatSurface surface = make_surface(mesh, surface_options(3));
+        const FloatSurface surface = make_surface(mesh, {.degree = 3});
         const auto n_facets =
             double(surface.surface.tessellate(kRate).facet_sizes.size());
         std::vector<Way> ways;

@@ -34,7 +34,7 @@ void update_stage(Suite& suite, std::span<const BenchMesh> meshes) {
     if (!suite.wants_any({"update", "update_local"}))
         return;
     for (const BenchMesh& mesh : meshes) {
-        FloatSurface surface = make_surface(mesh, surface_options(3));
+        FloatSurface surface = make_surface(mesh, {.degree = 3});
         std::vector<Vec3<float>> moved;
         for (const Vec3<double>& p : mesh.data.positions)
             moved.push_back(Vec3<float>(p) * Vec3<float>(1, -2, 0.5f));

@@ -151,4 +151,37 @@ ClosestPoint closest_point(const Topology& base, const Features& features,
     return best;
 }
 
+RayPoint intersect_ray(const Topology& base, const SurfaceFunction& surface,
+                       const Vec3<double>& origin, const Vec3<double>& direction,
+                       const Address& start, double tolerance, int max_steps) {
+    const auto offset = [&](const RayPoint& p) {
+        return p.jet.p - origin - p.t * direction;
+    };
+    const auto evaluate = [&](const Address& a) {
+        RayPoint p;
+        p.at = to_quarter(base, a);
+        p.jet = surface(p.at);
+        p.t = glm::dot(p.jet.p - origin, direction);
+        p.distance = glm::length(offset(p));
+        return p;
+    };
+    Address at = start;
+    RayPoint best = evaluate(at);
+    for (int step = 0; step < max_steps && best.distance > tolerance; ++step) {
+        // off + du a + dv b + direction c = 0.
+        const Vec3<double>&u = best.jet.du, &v = best.jet.dv;
+        const Vec3<double> off = offset(best);
+        const double det = glm::dot(glm::cross(u, v), direction);
+        at.u -= glm::dot(glm::cross(off, v), direction) / det;
+        at.v -= glm::dot(glm::cross(u, off), direction) / det;
+        if (!std::isfinite(at.u) || !std::isfinite(at.v))
+            break;
+        const RayPoint next = evaluate(at);
+        if (!(next.distance < best.distance))
+            break;
+        best = next;
+    }
+    return best;
+}
+
 }  // namespace osdx

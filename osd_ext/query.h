@@ -38,4 +38,22 @@ ClosestPoint closest_point(const Topology& base, const Features& features,
                            const QuarterPoint& start, double tolerance,
                            AtCrease at_crease = AtCrease::Cross);
 
+/// Where a ray meets a surface.
+struct RayPoint {
+    QuarterPoint at;
+    SurfaceJet<double> jet;
+    double t = 0;         ///< along the ray
+    double distance = 0;  ///< of the point from the ray
+};
+
+/// From a point near it to where a ray meets the surface: Newton's method in (u, v) within the
+/// face of `start`. It ends within the tolerance, after so many steps, or before a step that
+/// leads away from the ray; `distance` tells which.
+/// \param direction  unit
+/// \param tolerance  distance from the ray, in units of the mesh
+/// \pre start.face is no hole
+RayPoint intersect_ray(const Topology& base, const SurfaceFunction& surface,
+                       const Vec3<double>& origin, const Vec3<double>& direction,
+                       const Address& start, double tolerance, int max_steps = 10);
+
 }  // namespace osdx

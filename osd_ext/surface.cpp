@@ -16,13 +16,12 @@
 
 namespace osdx {
 
-Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& options) {
+Result<Surface> Surface::build(const MeshData& data, const PatchTableOptions& options,
+                               const FeatureOptions& tags) {
     Result<Topology> topology = build_topology(data);
     if (!topology)
         return topology.error();
-    Result<Features> features = build_features(
-        data, *topology,
-        {.ignore_tags = options.ignore_tags, .boundary = options.boundary});
+    Result<Features> features = build_features(data, *topology, tags);
     if (!features)
         return features.error();
     // Gregory patches take interior vertices of two faces.
@@ -33,14 +32,7 @@ Result<Surface> Surface::build(const MeshData& data, const SurfaceOptions& optio
     }
 
     Result<PatchTable> table =
-        build_patch_table(std::move(*topology), std::move(*features),
-                          {.degree = options.degree,
-                           .family = options.family,
-                           .levels = options.levels,
-                           .uniform = options.uniform,
-                           .paper_tangents = options.paper_tangents,
-                           .normalised = options.normalised,
-                           .isolation = options.isolation});
+        build_patch_table(std::move(*topology), std::move(*features), options);
     if (!table)
         return table.error();
 

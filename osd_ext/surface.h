@@ -4,7 +4,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,19 +18,6 @@
 
 namespace osdx {
 
-struct SurfaceOptions {
-    int degree = 3;  ///< of the B-splines; kMinDegree to kMaxDegree
-    PatchFamily family = PatchFamily::Multisided;
-    int levels = 0;               ///< Gregory: steps of refinement before; 0 to 10
-    bool uniform = false;         ///< Gregory: refine everywhere, not only where needed
-    bool paper_tangents = false;  ///< Gregory: see PatchTableOptions
-    bool normalised = false;      ///< Gregory: see PatchTableOptions
-    bool ignore_tags = false;     ///< take the mesh as if it had no tags
-    int isolation = 6;            ///< level of the ends of creases; see PatchTableOptions
-    /// Instead of the mesh's tag, or EdgeOnly.
-    std::optional<BoundaryRule> boundary = {};
-};
-
 /// A smooth surface over a polygon mesh, closed or open, with creases, corners and holes:
 /// regular B-spline patches, and one multisided patch over each extraordinary region.
 ///
@@ -44,7 +30,8 @@ public:
     /// \return InvalidOption, or what build_topology, build_features and check_surface
     ///         return.
     static Result<Surface> build(const MeshData& mesh,
-                                 const SurfaceOptions& options = {});
+                                 const PatchTableOptions& options = {},
+                                 const FeatureOptions& tags = {});
 
     const Topology& base() const noexcept { return table_->base(); }
     /// Borders, creases, corners and holes; see PatchTable::features().

@@ -11,7 +11,8 @@
 namespace osdx {
 
 Result<TextureSurface> TextureSurface::build(const MeshData& data,
-                                             const SurfaceOptions& options,
+                                             const PatchTableOptions& options,
+                                             const FeatureOptions& tags,
                                              std::optional<FaceVaryingRule> rule) {
     const Result<Topology> built = build_topology(data);
     if (!built)
@@ -20,13 +21,10 @@ Result<TextureSurface> TextureSurface::build(const MeshData& data,
     if (data.face_uvs.empty()) {
         return fail(ErrorCode::NoTexcoords, "the mesh has no texture coordinates");
     }
-    const Result<Features> features = build_features(
-        data, topology,
-        {.ignore_tags = options.ignore_tags, .boundary = options.boundary});
+    const Result<Features> features = build_features(data, topology, tags);
     if (!features)
         return features.error();
-    const Result<FaceVaryingRule> used =
-        face_varying_rule(data, rule, options.ignore_tags);
+    const Result<FaceVaryingRule> used = face_varying_rule(data, rule, tags.ignore_tags);
     if (!used)
         return used.error();
     Result<FaceVarying> channel =
@@ -48,7 +46,8 @@ Result<TextureSurface> TextureSurface::build(const MeshData& data,
         return status.error();
     Result<PatchTable> table = build_patch_table(
         c.topology, c.features,
-        {.degree = options.degree, .isolation = 4, .isolate_corners = true});
+        {.degree = options.degree,
+         .multisided = {.crease_end_level = 4, .isolate_corners = true}});
     if (!table)
         return table.error();
     s.table_ = std::make_unique<const PatchTable>(std::move(*table));

@@ -7,10 +7,11 @@
 #include <optional>
 #include <vector>
 
+#include <osdx/build_patch_table.h>
 #include <osdx/evaluator.h>
 #include <osdx/face_varying.h>
+#include <osdx/features.h>
 #include <osdx/mesh_data.h>
-#include <osdx/surface.h>
 #include <osdx/tessellation.h>
 
 namespace osdx {
@@ -29,17 +30,18 @@ struct TextureJet {
 /// patches on their own topology. So the texture follows the points of the surface as the
 /// mesh's own coordinates would. Multisided patches go through the texture at a pace of their
 /// own: those at pinned vertices of several faces (rule Boundaries: all vertices of seams) are
-/// laid on the fourth level of refinement only, PatchTableOptions::isolate_corners.
+/// laid on the fourth level of refinement only, MultisidedOptions::isolate_corners.
 ///
 /// Threads: const members may run at the same time.
 class TextureSurface {
 public:
-    /// \param options  those of the Surface
+    /// \param options  those of the Surface; all that counts is the degree
     /// \param rule  instead of that of the mesh's tags, or All
     /// \return NoTexcoords; what Surface::build, face_varying_rule and build_face_varying
     ///         return. No degree matters to the rule All.
     static Result<TextureSurface> build(const MeshData& mesh,
-                                        const SurfaceOptions& options = {},
+                                        const PatchTableOptions& options = {},
+                                        const FeatureOptions& tags = {},
                                         std::optional<FaceVaryingRule> rule = {});
 
     const FaceVarying& channel() const noexcept { return *channel_; }

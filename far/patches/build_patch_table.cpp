@@ -255,9 +255,9 @@ private:
 
     void lay_patches() {
         if (options_.family == PatchFamily::Gregory) {
-            if (!options_.uniform || level_ >= options_.levels)
+            if (!options_.gregory.uniform || level_ >= options_.gregory.levels)
                 lay_regular_patches(mesh_->regular_cells());
-            if (level_ >= options_.levels) {
+            if (level_ >= options_.gregory.levels) {
                 const std::vector<bool> ready = faces_for_gregory();
                 add_patches(make_patches(ready.size(), [&](PatchNets& nets, Index face) {
                     if (ready[face])
@@ -619,13 +619,14 @@ Result<PatchTable> build_patch_table(Topology base, Features features,
         return fail(ErrorCode::InvalidOption,
                     fmt::format("Gregory patches have degree 3, not {}", options.degree));
     }
-    if (options.levels < 0 || options.levels > 10) {
+    const int levels = options.gregory.levels, ends = options.multisided.crease_end_level;
+    if (levels < 0 || levels > 10) {
         return fail(ErrorCode::InvalidOption,
-                    fmt::format("{} levels are not in 0..10", options.levels));
+                    fmt::format("{} levels are not in 0..10", levels));
     }
-    if (options.isolation < 0 || options.isolation > 16) {
+    if (ends < 0 || ends > 16) {
         return fail(ErrorCode::InvalidOption,
-                    fmt::format("isolation {} is not in 0..16", options.isolation));
+                    fmt::format("level {} of crease ends is not in 0..16", ends));
     }
     return PatchTableBuilder(std::move(base), std::move(features), options).build();
 }

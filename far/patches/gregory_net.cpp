@@ -289,7 +289,7 @@ private:
 class GregoryFace {
 public:
     GregoryFace(const Topology& topology, const Features& features, Index face,
-                const GregoryOptions& options)
+                const GregoryRules& options)
         : t_(topology),
           features_(features),
           options_(options),
@@ -491,7 +491,7 @@ private:
 
     const Topology& t_;
     const Features& features_;
-    const GregoryOptions& options_;
+    const GregoryRules& options_;
     Index first_;
     int n_;
     std::vector<Corner> corners_;
@@ -500,7 +500,7 @@ private:
 }  // namespace
 
 StencilTable gregory_points(const Topology& topology, const Features& features,
-                            Index face, const GregoryOptions& options) {
+                            Index face, const GregoryRules& options) {
     return GregoryFace(topology, features, face, options).points();
 }
 

@@ -46,7 +46,7 @@ FanMask paper_tangents(const FanShape& fan, int edge);
 FanMask tuned_tangents(const FanShape& fan, int edge);
 
 /// How the control points are chosen.
-struct GregoryOptions {
+struct GregoryRules {
     /// Any rule with t_(i-1) + t_(i+1) = 2 cosine() t_i makes patches that are G1.
     FanMask (*tangents)(const FanShape& fan, int edge) = tuned_tangents;
     /// Faces that are no quads get a centre point, such that the middle of the patch is the
@@ -85,6 +85,6 @@ Status check_gregory(const MeshData& data, const Topology& topology,
 /// and the inner points of triangles, which are of degree 3 as all others.
 /// \pre features are with_border(); check_gregory()
 StencilTable gregory_points(const Topology& topology, const Features& features,
-                            Index face, const GregoryOptions& options = {});
+                            Index face, const GregoryRules& options = {});
 
 }  // namespace osdx

@@ -44,9 +44,9 @@ void PatchNets::add_vertex_patch(const IrregularFan& fan) {
     // Even degrees: from level 1 on irregular vertices have become faces.
     if (!level_.odd() && level_.index > 0)
         return;
-    const bool waits = !fan.exact || (level_.options.isolate_corners &&
+    const bool waits = !fan.exact || (level_.options.multisided.isolate_corners &&
                                       fan.border == PatchBorder::Pinned);
-    if (waits && level_.index < level_.options.isolation)
+    if (waits && level_.index < level_.options.multisided.crease_end_level)
         return;
     if (level_.cells[level_.cell_of(fan.start)] == Cover::Covered)
         return;
@@ -94,8 +94,8 @@ void PatchNets::add_face_patch(Index f) {
         return;  // refinement treats them in a way of its own
     const bool exact = kind != FaceKind::Dart && kind != FaceKind::Spike;
     const bool waits =
-        !exact || (level_.options.isolate_corners && kind == FaceKind::Pinned);
-    if (waits && level_.index < level_.options.isolation)
+        !exact || (level_.options.multisided.isolate_corners && kind == FaceKind::Pinned);
+    if (waits && level_.index < level_.options.multisided.crease_end_level)
         return;
     PatchClass c{PatchKind::EF, degree_, 0, PatchBorder::None};
     if (kind == FaceKind::Border)
@@ -207,10 +207,11 @@ bool PatchNets::add_regular_patch(Index cell) {
 
 void PatchNets::add_gregory_patch(Index face) {
     const int n = static_cast<int>(topology().face_size(face));
-    const bool normalised = n != 4 && level_.options.normalised;
+    const bool normalised = n != 4 && level_.options.gregory.normalised;
     const StencilTable rows = gregory_points(
         topology(), level_.level.features, face,
-        {.tangents = level_.options.paper_tangents ? paper_tangents : tuned_tangents,
+        {.tangents =
+             level_.options.gregory.paper_tangents ? paper_tangents : tuned_tangents,
          .centre = !normalised});
     const PatchClass c{PatchKind::Gregory, degree_, n, PatchBorder::None, normalised};
     begin(c);

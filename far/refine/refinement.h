@@ -123,8 +123,7 @@ StencilTable split_stencils(const Topology& topology);
 /// beyond a curve by the point reflection P(-x) = 2 P(0) - P(x): a face that a curve halves
 /// has its centroid on the curve, and an edge that it crosses its middle.
 ///
-/// For the points of the last level alone UniformRefinement (odd degrees) and DualRefinement
-/// (even ones) are far quicker.
+/// For the points of the last level alone UniformRefinement is far quicker.
 class Refinement {
 public:
     /// \pre kMinDegree <= degree <= kMaxDegree; even degrees: check_refinement()

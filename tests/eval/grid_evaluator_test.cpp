@@ -23,7 +23,7 @@ namespace {
 
 using namespace test;
 
-Surface surface_of(const MeshData& mesh, const SurfaceOptions& options = {}) {
+Surface surface_of(const MeshData& mesh, const PatchTableOptions& options = {}) {
     auto s = Surface::build(mesh, options);
     EXPECT_TRUE(s) << (s ? "" : s.error().message);
     return std::move(*s);
@@ -148,11 +148,11 @@ TYPED_TEST_SUITE(GridEvaluatorOf, Scalars);
 
 /// Every kind of patch, with and without tables.
 template <class T>
-void expect_mesh(const NamedMesh& mesh, const SurfaceOptions& surface_options, int rate,
+void expect_mesh(const NamedMesh& mesh, const PatchTableOptions& patches, int rate,
                  int order) {
-    SCOPED_TRACE(testing::Message() << mesh.name << ", degree " << surface_options.degree
+    SCOPED_TRACE(testing::Message() << mesh.name << ", degree " << patches.degree
                                     << ", rate " << rate << ", order " << order);
-    const Surface s = surface_of(mesh.data, surface_options);
+    const Surface s = surface_of(mesh.data, patches);
     const auto samples = all_samples(s, rate);
     // Tables for all, for what comes often, for none.
     for (const Index uses : {1u, 3u, 1000000u}) {
@@ -207,9 +207,9 @@ TYPED_TEST(GridEvaluatorOf, GregoryPatchesEqualSinglePoints) {
     for (const auto& meshes : {closed_meshes(), open_meshes()}) {
         for (const NamedMesh& m : meshes) {
             if (m.data.face_sizes.size() < 200)
-                expect_mesh<TypeParam>(m,
-                                       {.family = PatchFamily::Gregory, .levels = k % 2},
-                                       1 + k % 8, k % 3);
+                expect_mesh<TypeParam>(
+                    m, {.family = PatchFamily::Gregory, .gregory = {.levels = k % 2}},
+                    1 + k % 8, k % 3);
             ++k;
         }
     }

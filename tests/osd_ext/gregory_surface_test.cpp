@@ -21,8 +21,8 @@ namespace {
 using namespace test;
 
 Surface build(const MeshData& mesh, int levels = 0) {
-    Result<Surface> s =
-        Surface::build(mesh, {.family = PatchFamily::Gregory, .levels = levels});
+    Result<Surface> s = Surface::build(
+        mesh, {.family = PatchFamily::Gregory, .gregory = {.levels = levels}});
     if (!s)
         throw std::runtime_error(s.error().message);
     return std::move(*s);
@@ -121,14 +121,15 @@ TEST(GregorySurface, ComesCloserToTheLimitWithEachLevel) {
 TEST(GregorySurface, RefinesEverywhereOnDemand) {
     const MeshData mesh = torus(5, 6);  // regular
     for (const bool uniform : {false, true}) {
-        const auto s = Surface::build(
-            mesh, {.family = PatchFamily::Gregory, .levels = 2, .uniform = uniform});
+        const auto s =
+            Surface::build(mesh, {.family = PatchFamily::Gregory,
+                                  .gregory = {.levels = 2, .uniform = uniform}});
         ASSERT_TRUE(s);
         EXPECT_EQ(s->patches().n_patches(), uniform ? 16 * 30u : 30u);
     }
     // The two lengths differ at irregular vertices, and make surfaces as smooth as each other.
-    const auto paper =
-        Surface::build(cube(), {.family = PatchFamily::Gregory, .paper_tangents = true});
+    const auto paper = Surface::build(
+        cube(), {.family = PatchFamily::Gregory, .gregory = {.paper_tangents = true}});
     ASSERT_TRUE(paper);
     EXPECT_LE(measure_continuity(*paper).normal_jump_deg_max, 1e-10);
     EXPECT_GT(glm::distance(paper->evaluate({0, 0.3, 0.4}).p,
@@ -141,8 +142,8 @@ TEST(GregorySurface, RefinesEverywhereOnDemand) {
 TEST(GregorySurface, TakesNormalisedPatches) {
     for (const MeshData& mesh : {dodecahedron(), octahedron(), prism(7)}) {
         const Surface centred = build(mesh), fine = build(mesh, 6);
-        auto s =
-            Surface::build(mesh, {.family = PatchFamily::Gregory, .normalised = true});
+        auto s = Surface::build(
+            mesh, {.family = PatchFamily::Gregory, .gregory = {.normalised = true}});
         ASSERT_TRUE(s);
         const Continuity c = measure_continuity(*s, 4);
         EXPECT_LE(c.gap_max, 1e-14);
@@ -177,8 +178,9 @@ TEST(GregorySurface, TakesNormalisedPatches) {
 
 TEST(GregorySurface, RefusesOtherDegreesAndLevels) {
     const auto error = [](int degree, int levels) {
-        const auto s = Surface::build(
-            cube(), {.degree = degree, .family = PatchFamily::Gregory, .levels = levels});
+        const auto s = Surface::build(cube(), {.degree = degree,
+                                               .family = PatchFamily::Gregory,
+                                               .gregory = {.levels = levels}});
         return s ? ErrorCode::NotBuilt : s.error().code;
     };
     EXPECT_EQ(error(4, 0), ErrorCode::InvalidOption);

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <osdx/surface.h>
 #include <osdx/texture.h>
 
 #include "tests/support/test_meshes.h"
@@ -26,9 +27,10 @@ constexpr FaceVaryingRule kSmoothRules[] = {
     FaceVaryingRule::None, FaceVaryingRule::CornersOnly, FaceVaryingRule::CornersPlus1,
     FaceVaryingRule::CornersPlus2, FaceVaryingRule::Boundaries};
 
-TextureSurface texture_of(const MeshData& mesh, const SurfaceOptions& options = {},
-                          std::optional<FaceVaryingRule> rule = {}) {
-    auto t = TextureSurface::build(mesh, options, rule);
+TextureSurface texture_of(const MeshData& mesh, const PatchTableOptions& patches = {},
+                          std::optional<FaceVaryingRule> rule = {},
+                          const FeatureOptions& tags = {}) {
+    auto t = TextureSurface::build(mesh, patches, tags, rule);
     EXPECT_TRUE(t) << (t ? "" : t.error().message);
     return std::move(*t);
 }
@@ -337,29 +339,28 @@ TEST(Texture, TakesItsRuleFromTheTags) {
     EXPECT_EQ(texture_of(mesh).channel().rule, FaceVaryingRule::CornersOnly);
     EXPECT_EQ(texture_of(mesh, {}, FaceVaryingRule::None).channel().rule,
               FaceVaryingRule::None);
-    EXPECT_EQ(texture_of(mesh, {.ignore_tags = true}).channel().rule,
+    EXPECT_EQ(texture_of(mesh, {}, {}, {.ignore_tags = true}).channel().rule,
               FaceVaryingRule::All);
 }
 
 TEST(TextureRefuses, WhatItCannotBuild) {
-    const auto refuse = [](const MeshData& mesh, const SurfaceOptions& options,
-                           ErrorCode code) {
-        const auto t = TextureSurface::build(mesh, options);
+    const auto refuse = [](const MeshData& mesh, ErrorCode code) {
+        const auto t = TextureSurface::build(mesh);
         ASSERT_FALSE(t);
         EXPECT_EQ(t.error().code, code) << t.error().message;
     };
     using enum ErrorCode;
-    refuse(cube(), {}, NoTexcoords);
+    refuse(cube(), NoTexcoords);
     const MeshData good = with_projected_uvs(cube());
-    EXPECT_FALSE(TextureSurface::build(good, {.degree = 1}, FaceVaryingRule::None));
+    EXPECT_FALSE(TextureSurface::build(good, {.degree = 1}, {}, FaceVaryingRule::None));
     MeshData bad = good;
     bad.face_uvs[3] = 8;
-    refuse(bad, {}, IndexOutOfRange);
+    refuse(bad, IndexOutOfRange);
     bad = good;
     bad.tags = {{"facevaryinginterpolateboundary", {9}, {}, {}, 0}};
-    refuse(bad, {}, InvalidTag);
+    refuse(bad, InvalidTag);
     bad.tags = {{"crease", {0, 6}, {1}, {}, 0}};
-    refuse(bad, {}, InvalidTag);
+    refuse(bad, InvalidTag);
 }
 
 }  // namespace

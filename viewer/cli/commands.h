@@ -9,11 +9,12 @@
 #include <string>
 #include <string_view>
 
+#include <osdx/build_patch_table.h>
 #include <osdx/face_varying.h>
 #include <osdx/features.h>
 #include <osdx/result.h>
 
-namespace osdx {
+namespace osdx::cli {
 
 /// On the command line and in reports, in the order of BoundaryRule.
 inline constexpr std::array<std::string_view, 3> kBoundaryRuleNames = {
@@ -30,15 +31,12 @@ struct CommandOptions {
     std::string with;        ///< another family, to compare
     int with_isolation = 1;  ///< of OpenSubdiv's patches, where `with` is catmark
     std::string shade = "phong";
-    int degree = 3;
-    int levels = 1;
-    int gregory_levels = 0;
-    bool uniform = false, paper_tangents = false, normalised = false;  ///< Gregory
+    PatchTableOptions patches;  ///< the family is that of `patch`; see load_job()
+    FeatureOptions features;
+    int levels = 1;  ///< of subdivision
     int rate = 8;
-    int isolation = 8;
+    int limit_isolation = 8;  ///< of OpenSubdiv's limit surface
     int width = 960, height = 720;
-    bool ignore_tags = false;
-    std::optional<BoundaryRule> boundary;    ///< instead of the mesh's tag
     std::optional<FaceVaryingRule> uv_rule;  ///< instead of the mesh's tag
     std::optional<double> range;
     double azimuth = 35, elevation = 25;
@@ -55,4 +53,4 @@ Status compare_command(const CommandOptions& options);
 Status render_command(const CommandOptions& options);
 Status demo_command(const CommandOptions& options);
 
-}  // namespace osdx
+}  // namespace osdx::cli

@@ -5,9 +5,9 @@
 
 #include <string_view>
 
-namespace osdx {
+namespace osdx::cli {
 
 /// The bundled mesh, assets/valve_body.obj, as text.
 std::string_view demo_mesh_obj();
 
-}  // namespace osdx
+}  // namespace osdx::cli

@@ -7,15 +7,11 @@
 
 #include <fmt/format.h>
 
-#include <osdx/analysis/comparison.h>
-#include <osdx/analysis/continuity.h>
 #include <osdx/build_patch_table.h>
 #include <osdx/file.h>
-#include <osdx/files/tessellation_file.h>
 #include <osdx/mesh_file.h>
-#include <osdx/opensubdiv/limit_surface.h>
 
-namespace osdx {
+namespace osdx::cli {
 
 Error in_file(Error error, const std::filesystem::path& file) {
     error.message = error.line > 0 ? fmt::format("{}:{}: {}", file.string(), error.line,
@@ -26,6 +22,11 @@ Error in_file(Error error, const std::filesystem::path& file) {
 
 SurfaceFunction Job::function(Chart chart) const {
     return limit ? surface_function(surface.base(), *limit) : surface.function(chart);
+}
+
+Tessellation Job::tessellate(int rate) const {
+    return limit ? osdx::tessellate(surface.base(), surface.features(), rate, function())
+                 : surface.tessellate(rate);
 }
 
 double Job::diagonal() const {
@@ -42,27 +43,28 @@ Result<Job> load_job(const CommandOptions& options) {
     if (!mesh)
         return in_file(mesh.error(), options.input);
     Stopwatch watch;
-    const PatchFamily family =
+    PatchTableOptions patches = options.patches;
+    patches.family =
         options.patch == "gregory" ? PatchFamily::Gregory : PatchFamily::Multisided;
-    Result<Surface> surface =
-        Surface::build(*mesh, {.degree = options.degree,
-                               .family = family,
-                               .levels = options.gregory_levels,
-                               .uniform = options.uniform,
-                               .paper_tangents = options.paper_tangents,
-                               .normalised = options.normalised,
-                               .ignore_tags = options.ignore_tags,
-                               .boundary = options.boundary});
+    Result<Surface> surface = Surface::build(*mesh, patches, options.features);
     if (!surface)
         return in_file(surface.error(), options.input);
     Job job{std::move(*mesh), std::move(*surface), std::nullopt, watch.lap()};
     if (options.patch == "catmark") {
-        Result<LimitSurface> limit = job.build_limit(options.isolation);
+        Result<LimitSurface> limit = job.build_limit(options.limit_isolation);
         if (!limit)
             return in_file(limit.error(), options.input);
         job.limit.emplace(std::move(*limit));
     }
     return job;
+}
+
+Result<TextureSurface> load_texture(const Job& job, const CommandOptions& options) {
+    Result<TextureSurface> texture = TextureSurface::build(
+        job.mesh, options.patches, options.features, options.uv_rule);
+    if (!texture)
+        return in_file(texture.error(), options.input);
+    return texture;
 }
 
 Status written(Status status, const std::filesystem::path& file) {
@@ -76,4 +78,4 @@ Status write_report(const CommandOptions& options, const Json& report) {
                       [&](std::ostream& out) { out << report.dump(2) << '\n'; });
 }
 
-}  // namespace osdx
+}  // namespace osdx::cli

@@ -4,16 +4,19 @@
 #pragma once
 
 #include <chrono>
+#include <filesystem>
 #include <optional>
 
 #include <osdx/mesh_data.h>
 #include <osdx/opensubdiv/limit_surface.h>
 #include <osdx/surface.h>
+#include <osdx/tessellation.h>
+#include <osdx/texture.h>
 
 #include "viewer/cli/commands.h"
 #include "viewer/cli/report.h"
 
-namespace osdx {
+namespace osdx::cli {
 
 /// The error with the file, and the line where there is one, before its message.
 Error in_file(Error error, const std::filesystem::path& file);
@@ -27,11 +30,16 @@ struct Job {
 
     /// Of the patch family that was asked for; the limit knows no chart but (u, v).
     SurfaceFunction function(Chart chart = Chart::BaseUV) const;
+    /// Watertight; with the normals of Chart::Native.
+    Tessellation tessellate(int rate) const;
     double diagonal() const;
     /// With the features of the surface. \pre the surface outlives it
     Result<LimitSurface> build_limit(int isolation) const;
 };
 Result<Job> load_job(const CommandOptions& options);
+
+/// The texture coordinates of a job's mesh, over the same faces as its surface.
+Result<TextureSurface> load_texture(const Job& job, const CommandOptions& options);
 
 /// A failed write, with the file before its message.
 Status written(Status status, const std::filesystem::path& file);
@@ -53,4 +61,4 @@ private:
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace osdx
+}  // namespace osdx::cli

@@ -21,7 +21,9 @@ namespace {
 constexpr int kBadInput = 1;
 constexpr int kBadUsage = 2;
 
-using osdx::CommandOptions;
+namespace cli = osdx::cli;
+
+using cli::CommandOptions;
 using Command = osdx::Status (*)(const CommandOptions&);
 
 /// Options that several subcommands share.
@@ -39,21 +41,21 @@ struct Parser {
     }
     void mesh(CLI::App* sub) {
         sub->add_option("MESH", options.input, "an OBJ, OFF or PLY file")->required();
-        sub->add_flag("--ignore-tags", options.ignore_tags,
+        sub->add_flag("--ignore-tags", options.features.ignore_tags,
                       "take the mesh as if it had no tags (creases, corners, holes)");
-        static constexpr auto& rules = osdx::kBoundaryRuleNames;
+        static constexpr auto& rules = cli::kBoundaryRuleNames;
         sub->add_option_function<std::string>(
                "--boundary",
                [this](const std::string& name) {
                    const auto at = std::ranges::find(rules, name) - rules.begin();
-                   options.boundary = static_cast<osdx::BoundaryRule>(at);
+                   options.features.boundary = static_cast<osdx::BoundaryRule>(at);
                },
                "none: no surface at the border; edge-only: border curves; "
                "edge-and-corner: pinned to corners too [the mesh's tag, or edge-only]")
             ->check(CLI::IsMember(std::vector<std::string>(rules.begin(), rules.end())));
     }
     void degree(CLI::App* sub) {
-        sub->add_option("--degree", options.degree, "of the B-splines")
+        sub->add_option("--degree", options.patches.degree, "of the B-splines")
             ->check(CLI::Range(osdx::kMinDegree, osdx::kMaxDegree))
             ->capture_default_str();
     }
@@ -68,15 +70,15 @@ struct Parser {
         sub->add_option("--patch", options.patch, text)
             ->check(CLI::IsMember(names))
             ->capture_default_str();
-        sub->add_option("--levels", options.gregory_levels,
+        sub->add_option("--levels", options.patches.gregory.levels,
                         "steps of refinement before Gregory patches")
             ->check(CLI::Range(0, 10))
             ->capture_default_str();
-        sub->add_flag("--uniform", options.uniform,
+        sub->add_flag("--uniform", options.patches.gregory.uniform,
                       "refine everywhere for Gregory patches, not only where needed");
-        sub->add_flag("--paper-tangents", options.paper_tangents,
+        sub->add_flag("--paper-tangents", options.patches.gregory.paper_tangents,
                       "Gregory patches with tangents of the eigenvectors' length");
-        sub->add_flag("--normalised", options.normalised,
+        sub->add_flag("--normalised", options.patches.gregory.normalised,
                       "Gregory patches without centre points, divided by their weights");
     }
     void uv_rule(CLI::App* sub) {
@@ -107,13 +109,13 @@ void define(Parser& p) {
     p.app.require_subcommand(1);
 
     CLI::App* info =
-        p.add("info", "what a mesh holds and which patches it takes", osdx::info_command);
+        p.add("info", "what a mesh holds and which patches it takes", cli::info_command);
     p.mesh(info);
     p.degree(info);
     p.patch(info, false);
 
     CLI::App* subdivide =
-        p.add("subdivide", "refine a mesh uniformly", osdx::subdivide_command);
+        p.add("subdivide", "refine a mesh uniformly", cli::subdivide_command);
     p.mesh(subdivide);
     p.degree(subdivide);
     subdivide->add_option("--levels", p.options.levels, "refinement steps")
@@ -125,14 +127,14 @@ void define(Parser& p) {
           "texture coordinates), OFF or PLY");
 
     CLI::App* patch = p.add("patch", "evaluate one patch from its control net or mesh",
-                            osdx::patch_command);
+                            cli::patch_command);
     patch
         ->add_option("NET", p.options.input,
                      "a JSON file: kind, n, d, control, samples; or mesh, paper, tuned")
         ->required();
     p.out(patch, "the samples with their derivatives: JSON");
 
-    CLI::App* eval = p.add("eval", "evaluate points of a surface", osdx::eval_command);
+    CLI::App* eval = p.add("eval", "evaluate points of a surface", cli::eval_command);
     p.mesh(eval);
     p.degree(eval);
     p.patch(eval, true);
@@ -140,7 +142,7 @@ void define(Parser& p) {
     p.out(eval, "CSV: position, derivatives, normal, curvatures");
 
     CLI::App* tessellate =
-        p.add("tessellate", "a watertight mesh of the surface", osdx::tessellate_command);
+        p.add("tessellate", "a watertight mesh of the surface", cli::tessellate_command);
     p.mesh(tessellate);
     p.degree(tessellate);
     p.patch(tessellate, true);
@@ -150,7 +152,7 @@ void define(Parser& p) {
 
     CLI::App* compare =
         p.add("compare", "distance to the Catmull-Clark limit, and continuity",
-              osdx::compare_command);
+              cli::compare_command);
     p.mesh(compare);
     p.degree(compare);
     p.patch(compare, false);  // the limit surface is the other side of the comparison
@@ -168,13 +170,12 @@ void define(Parser& p) {
     p.rate(compare, 2);
     compare->add_option("--images", p.options.images, "a folder for pictures");
     compare
-        ->add_option("--isolation", p.options.isolation,
+        ->add_option("--isolation", p.options.limit_isolation,
                      "refinement of the limit surface at irregular points")
         ->check(CLI::Range(1, osdx::LimitSurface::kMaxIsolation - 2))
         ->capture_default_str();
 
-    CLI::App* render =
-        p.add("render", "a picture traced by Embree", osdx::render_command);
+    CLI::App* render = p.add("render", "a picture traced by Embree", cli::render_command);
     p.mesh(render);
     p.degree(render);
     p.patch(render, true);
@@ -191,8 +192,8 @@ void define(Parser& p) {
         ->expected(2)
         ->check(CLI::Range(16, 16384));
     render->add_option("--shade", p.options.shade, "what the colours show")
-        ->check(CLI::IsMember(
-            std::vector<std::string>(osdx::kShadeNames.begin(), osdx::kShadeNames.end())))
+        ->check(CLI::IsMember(std::vector<std::string>(osdx::render::kShadeNames.begin(),
+                                                       osdx::render::kShadeNames.end())))
         ->capture_default_str();
     render->add_option("--range", p.options.range,
                        "end of the colour scale for mean, gauss and distance");
@@ -202,7 +203,7 @@ void define(Parser& p) {
         ->capture_default_str();
 
     CLI::App* demo = p.add("demo", "the whole job on a bundled mesh, with pictures",
-                           osdx::demo_command);
+                           cli::demo_command);
     p.options.out = "demo";
     demo->add_option("--out", p.options.out, "the folder for its files")
         ->take_last()

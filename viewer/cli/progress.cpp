@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-namespace osdx {
+namespace osdx::cli {
 
 Progress::Progress() : start_(std::chrono::steady_clock::now()) {
     if (isatty(STDERR_FILENO))
@@ -61,4 +61,4 @@ void Progress::wipe() {
     shown_ = false;
 }
 
-}  // namespace osdx
+}  // namespace osdx::cli

@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-namespace osdx {
+namespace osdx::cli {
 
 /// Shows on a terminal what the program is doing, once it has been at it for two seconds.
 /// Silent where stderr is no terminal. The line is wiped at the end.
@@ -39,4 +39,4 @@ private:
     std::thread thread_;  // last: it uses the others
 };
 
-}  // namespace osdx
+}  // namespace osdx::cli

@@ -12,7 +12,7 @@
 
 #include "viewer/cli/commands.h"
 
-namespace osdx {
+namespace osdx::cli {
 namespace {
 
 Index count_components(const Topology& t) {
@@ -239,4 +239,4 @@ std::string patch_summary(const PatchTable& table, std::optional<int> level) {
     return s.empty() ? "none" : s;
 }
 
-}  // namespace osdx
+}  // namespace osdx::cli

@@ -14,7 +14,7 @@
 #include <osdx/patch_table.h>
 #include <osdx/topology.h>
 
-namespace osdx {
+namespace osdx::cli {
 
 using Json = nlohmann::ordered_json;
 
@@ -54,4 +54,4 @@ Json patch_counts(const PatchTable& table, std::optional<int> level = {});
 /// "96 regular, 8 EV(3), 16 EV(5), 4 border EV(1)"
 std::string patch_summary(const PatchTable& table, std::optional<int> level = {});
 
-}  // namespace osdx
+}  // namespace osdx::cli

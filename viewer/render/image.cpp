@@ -16,7 +16,7 @@
 #include <osdx/file.h>
 #include <osdx/files/tessellation_file.h>
 
-namespace osdx {
+namespace osdx::render {
 namespace {
 
 static_assert(sizeof(Color) == 3, "libpng reads the pixels in place");
@@ -152,4 +152,4 @@ double text_width(std::string_view text, double scale) {
     return scale * stb_easy_font_width(line.data());
 }
 
-}  // namespace osdx
+}  // namespace osdx::render

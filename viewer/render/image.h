@@ -11,7 +11,7 @@
 #include <osdx/result.h>
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::render {
 
 /// A colour in sRGB, as screens and PNG files have it.
 using Color = Vec3<std::uint8_t>;
@@ -51,4 +51,4 @@ void draw_text(Image& image, double x, double y, std::string_view text, double s
 double text_width(std::string_view text, double scale);
 inline constexpr double kLineHeight = 12;  ///< at scale 1
 
-}  // namespace osdx
+}  // namespace osdx::render

@@ -16,7 +16,7 @@
 
 #include "viewer/render/image.h"
 
-namespace osdx {
+namespace osdx::render {
 
 /// What the colours of a picture show.
 enum class Shade : std::uint8_t {
@@ -104,4 +104,4 @@ struct PictureOptions {
 Result<Image> render_picture(const PictureInput& input,
                              const PictureOptions& options = {});
 
-}  // namespace osdx
+}  // namespace osdx::render

@@ -14,14 +14,13 @@
 
 namespace osdx {
 
-bool DualRefinement::takes(const Features& f) {
+bool EvenGrids::takes(const Features& f) {
     const auto is_semi_sharp = [](double s) { return s > 0 && s < kInfinitelySharp; };
     return std::ranges::none_of(f.edge_sharpness, is_semi_sharp) &&
            std::ranges::none_of(f.vertex_sharpness, is_semi_sharp);
 }
 
-DualRefinement::DualRefinement(Topology base, int degree, int n_levels,
-                               const Features& features)
+EvenGrids::EvenGrids(Topology base, int degree, int n_levels, const Features& features)
     : degree_(degree),
       n_levels_(n_levels),
       boundary_(features.boundary),
@@ -59,7 +58,7 @@ DualRefinement::DualRefinement(Topology base, int degree, int n_levels,
                          static_cast<Index>(pinned_.size());
 }
 
-Features DualRefinement::features() const {
+Features EvenGrids::features() const {
     Features f;
     f.boundary = boundary_;
     f.creases = creases_;
@@ -68,7 +67,7 @@ Features DualRefinement::features() const {
 
 // ------------------------------------------------------------------------------- faces
 
-void DualRefinement::faces(std::span<Index> sizes, std::span<Index> vertices) const {
+void EvenGrids::faces(std::span<Index> sizes, std::span<Index> vertices) const {
     assert(sizes.size() == n_faces() && vertices.size() == n_halfedges());
     const Topology& t = base_;
     const Index s = size_, m = s - 1, n = t.n_halfedges();
@@ -156,9 +155,9 @@ void DualRefinement::faces(std::span<Index> sizes, std::span<Index> vertices) co
 
 /// The points of a level, without those that are pinned.
 template <class T, int C>
-class DualRefinement::Level {
+class EvenGrids::Level {
 public:
-    Level(const DualRefinement& r, Index cells_per_side, T* points)
+    Level(const EvenGrids& r, Index cells_per_side, T* points)
         : size(cells_per_side),
           cells_(points),
           curves_(points + C * std::size_t(r.first_curve(size))) {}
@@ -185,10 +184,10 @@ private:
 /// vertex of the roots by the point that makes the centroid of four that of the polygon. Then
 /// all rules are those of the uniform B-spline.
 template <class T, int C, bool kRefines>
-class DualRefinement::Step {
+class EvenGrids::Step {
 public:
     /// \param base  the points of base()
-    Step(const DualRefinement& r, const T* base, const Level<const T, C>& in,
+    Step(const EvenGrids& r, const T* base, const Level<const T, C>& in,
          const Level<T, C>& out)
         : r_(r), t_(r.base_), base_(base), in_(in), out_(out) {}
 
@@ -413,7 +412,7 @@ private:
         refine_row(room.whole_row(), room, out_.curve(b, second));
     }
 
-    const DualRefinement& r_;
+    const EvenGrids& r_;
     const Topology& t_;
     const T* base_;
     const Level<const T, C>& in_;
@@ -422,7 +421,7 @@ private:
 };
 
 template <class V>
-void DualRefinement::points(std::span<const V> base, std::span<V> out) const {
+void EvenGrids::points(std::span<const V> base, std::span<V> out) const {
     using T = typename V::value_type;
     constexpr int C = V::length();
     static_assert(sizeof(V) == C * sizeof(T));
@@ -494,13 +493,13 @@ void DualRefinement::points(std::span<const V> base, std::span<V> out) const {
         out[n_points(size_) + p] = cut[pinned_[p]];
 }
 
-template void DualRefinement::points(std::span<const Vec2<float>>,
-                                     std::span<Vec2<float>>) const;
-template void DualRefinement::points(std::span<const Vec3<float>>,
-                                     std::span<Vec3<float>>) const;
-template void DualRefinement::points(std::span<const Vec2<double>>,
-                                     std::span<Vec2<double>>) const;
-template void DualRefinement::points(std::span<const Vec3<double>>,
-                                     std::span<Vec3<double>>) const;
+template void EvenGrids::points(std::span<const Vec2<float>>,
+                                std::span<Vec2<float>>) const;
+template void EvenGrids::points(std::span<const Vec3<float>>,
+                                std::span<Vec3<float>>) const;
+template void EvenGrids::points(std::span<const Vec2<double>>,
+                                std::span<Vec2<double>>) const;
+template void EvenGrids::points(std::span<const Vec3<double>>,
+                                std::span<Vec3<double>>) const;
 
 }  // namespace osdx

@@ -15,7 +15,7 @@
 namespace osdx {
 
 /// Uniform subdivision of even degree on grids: the surface of Refinement, at the speed of
-/// memory and without its tables. The counterpart of UniformRefinement; all borders and
+/// memory and without its tables. The counterpart of OddGrids; all borders and
 /// infinitely sharp features, but no semi-sharp ones.
 ///
 /// The vertices of a level are the cells of size x size grids, size = 2^(levels - 1), one grid
@@ -35,15 +35,14 @@ namespace osdx {
 ///
 /// Const after construction; points() and faces() take all threads of the caller's arena, and
 /// no result depends on their number.
-class DualRefinement {
+class EvenGrids {
 public:
     /// Nothing semi-sharp.
     static bool takes(const Features& features);
 
     /// \pre degree is even and in kMinDegree .. kMaxDegree; check_refinement(); takes();
     ///      n_levels >= 1; the last level has fewer than kInvalidIndex halfedges
-    DualRefinement(Topology base, int degree, int n_levels,
-                   const Features& features = {});
+    EvenGrids(Topology base, int degree, int n_levels, const Features& features = {});
 
     int degree() const noexcept { return degree_; }
     int n_levels() const noexcept { return n_levels_; }
@@ -69,6 +68,7 @@ public:
 
     /// Those of the last level: its borders, which is what was sharp, have none by number.
     Features features() const;
+    std::vector<Tag> tags() const { return to_tags(base_, features()); }
 
     /// The cell (i, j) of a quarter.
     Index cell(Index quarter, Index i, Index j) const noexcept {

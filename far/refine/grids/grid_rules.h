@@ -12,7 +12,7 @@
 
 #include "far/refine/grids/quad_grids.h"
 
-/// Sharp features of UniformRefinement: what lies on edges and vertices of the roots.
+/// Sharp features of OddGrids: what lies on edges and vertices of the roots.
 namespace osdx::detail {
 
 /// An end of a root edge: of the lower halfedge of the edge.

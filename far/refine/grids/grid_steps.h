@@ -6,7 +6,7 @@
 #include "far/refine/grids/grid_rules.h"
 #include "far/refine/grids/quad_grids.h"
 
-/// The passes of UniformRefinement over points of C channels, one after the other.
+/// The passes of OddGrids over points of C channels, one after the other.
 namespace osdx::detail {
 
 /// Linear subdivision and the first smoothing: from the points of grids to those of twice the

@@ -25,8 +25,7 @@ bool is_of_quads(const Topology& t) {
 
 }  // namespace
 
-UniformRefinement::UniformRefinement(Topology base, int degree, int n_levels,
-                                     const Features& features)
+OddGrids::OddGrids(Topology base, int degree, int n_levels, const Features& features)
     : degree_(degree),
       n_levels_(n_levels),
       roots_(std::move(base)),
@@ -54,7 +53,7 @@ UniformRefinement::UniformRefinement(Topology base, int degree, int n_levels,
     features_.vertex_sharpness.clear();
 }
 
-Features UniformRefinement::features() const {
+Features OddGrids::features() const {
     Features f = features_;
     sharpness_.write(grids(), f);
     if (!f.hole.empty()) {
@@ -65,18 +64,33 @@ Features UniformRefinement::features() const {
     return f;
 }
 
-Address UniformRefinement::address(Index root, double x, double y) const noexcept {
+std::vector<Tag> OddGrids::tags() const {
+    return to_tags(to_topology(grids()), features());
+}
+
+Index OddGrids::n_border_edges() const {
+    return size_ * static_cast<Index>(std::ranges::count(roots_.twin, kInvalidIndex));
+}
+
+void OddGrids::faces(std::span<Index> sizes, std::span<Index> vertices) const {
+    assert(sizes.size() == n_faces());
+    for (Index f = 0; f < n_faces(); ++f)
+        sizes[f] = size_ == 1 ? roots_.face_size(f) : 4;
+    face_vertices(grids(), vertices);
+}
+
+Address OddGrids::address(Index root, double x, double y) const noexcept {
     if (polygons_)
         return to_address(*polygons_, {root, x, y});
     return {root, x, y};
 }
 
 template <class V>
-void UniformRefinement::points(std::span<const V> base, std::span<V> out) const {
+void OddGrids::points(std::span<const V> base, std::span<V> out) const {
     using T = typename V::value_type;
     constexpr int C = V::length();
     static_assert(sizeof(V) == C * sizeof(T));
-    assert(base.size() == n_base_points() && out.size() == grids().n_vertices());
+    assert(base.size() == n_base_points() && out.size() == n_vertices());
     if (n_levels_ == 0 || out.empty()) {
         std::ranges::copy(base, out.begin());
         return;
@@ -114,13 +128,13 @@ void UniformRefinement::points(std::span<const V> base, std::span<V> out) const 
     }
 }
 
-template void UniformRefinement::points(std::span<const Vec2<float>>,
-                                        std::span<Vec2<float>>) const;
-template void UniformRefinement::points(std::span<const Vec3<float>>,
-                                        std::span<Vec3<float>>) const;
-template void UniformRefinement::points(std::span<const Vec2<double>>,
-                                        std::span<Vec2<double>>) const;
-template void UniformRefinement::points(std::span<const Vec3<double>>,
-                                        std::span<Vec3<double>>) const;
+template void OddGrids::points(std::span<const Vec2<float>>,
+                               std::span<Vec2<float>>) const;
+template void OddGrids::points(std::span<const Vec3<float>>,
+                               std::span<Vec3<float>>) const;
+template void OddGrids::points(std::span<const Vec2<double>>,
+                               std::span<Vec2<double>>) const;
+template void OddGrids::points(std::span<const Vec3<double>>,
+                               std::span<Vec3<double>>) const;
 
 }  // namespace osdx

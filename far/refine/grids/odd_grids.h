@@ -27,12 +27,11 @@ namespace osdx {
 ///
 /// Const after construction; points() takes all threads of the caller's arena, and no result
 /// depends on their number.
-class UniformRefinement {
+class OddGrids {
 public:
     /// \pre degree is odd and in kMinDegree .. kMaxDegree; n_levels >= 0; the last level has
     ///      fewer than kInvalidIndex halfedges
-    UniformRefinement(Topology base, int degree, int n_levels,
-                      const Features& features = {});
+    OddGrids(Topology base, int degree, int n_levels, const Features& features = {});
 
     int degree() const noexcept { return degree_; }
     int n_levels() const noexcept { return n_levels_; }
@@ -40,9 +39,18 @@ public:
 
     /// The connectivity of the last level, and the numbers of its elements: a view of this.
     QuadGrids grids() const noexcept { return {roots_, size_}; }
+    Index n_vertices() const noexcept { return grids().n_vertices(); }
+    Index n_faces() const noexcept { return grids().n_faces(); }
+    Index n_halfedges() const noexcept { return grids().n_halfedges(); }
+    Index n_border_edges() const;  ///< edges with one face
 
     /// The features of the last level by those numbers; the border is infinitely sharp.
     Features features() const;
+    std::vector<Tag> tags() const;  ///< to_tags() of the last level
+
+    /// The faces as MeshData holds them.
+    /// \pre sizes.size() == n_faces(); vertices.size() == n_halfedges()
+    void faces(std::span<Index> sizes, std::span<Index> vertices) const;
 
     /// Point (x size, y size) of a root on the base mesh; 0 <= x, y <= 1.
     /// \pre n_levels() > 0 or the base mesh is of quads
@@ -56,7 +64,7 @@ public:
     /// The points of the last level by those numbers. V is Vec2 or Vec3 of float or
     /// double. While it runs it holds the points of the level above as well, for degrees from
     /// 5 on as many points again as those of the last.
-    /// \pre base.size() == n_base_points(); out.size() == grids().n_vertices(); no overlap
+    /// \pre base.size() == n_base_points(); out.size() == n_vertices(); no overlap
     template <class V>
     void points(std::span<const V> base, std::span<V> out) const;
 

@@ -197,7 +197,7 @@ TEST(Features, SurfacesRefuseWhatTheyHaveNoRulesFor) {
     const Tag smooth = {"smoothtriangles", {}, {}, {"smooth"}, 0};
     expect_no_surface(tagged(smooth), 4, ErrorCode::UnsupportedTag, 1, 202);
     EXPECT_TRUE(Surface::build(tagged(smooth)));
-    EXPECT_TRUE(Surface::build(tagged(smooth), {.degree = 4, .ignore_tags = true}));
+    EXPECT_TRUE(Surface::build(tagged(smooth), {.degree = 4}, {.ignore_tags = true}));
     const Tag harmless[] = {{"creasemethod", {}, {}, {"chaikin"}, 0},
                             {"facevaryinginterpolateboundary", {1}, {}, {}, 0},
                             {"smoothtriangles", {}, {}, {"catmark"}, 0},

@@ -58,24 +58,24 @@ std::vector<test::NamedMesh> all_meshes() {
     return meshes;
 }
 
-std::vector<SurfaceOptions> all_options() {
-    std::vector<SurfaceOptions> all;
+std::vector<PatchTableOptions> all_options() {
+    std::vector<PatchTableOptions> all;
     for (int degree = 2; degree <= 5; ++degree)
         all.push_back({.degree = degree});
     all.push_back({.family = PatchFamily::Gregory});
-    all.push_back({.family = PatchFamily::Gregory, .levels = 1});
+    all.push_back({.family = PatchFamily::Gregory, .gregory = {.levels = 1}});
     return all;
 }
 
 Result<Surface> build_with(int n_threads, const MeshData& mesh,
-                           const SurfaceOptions& options) {
+                           const PatchTableOptions& options) {
     return test::with_threads(n_threads, [&] { return Surface::build(mesh, options); });
 }
 
 TEST(Build, IsTheSameForAnyNumberOfThreads) {
     int n_built = 0;
     for (const auto& [name, mesh] : all_meshes()) {
-        for (const SurfaceOptions& options : all_options()) {
+        for (const PatchTableOptions& options : all_options()) {
             SCOPED_TRACE(name + ", degree " + std::to_string(options.degree));
             const Result<Surface> one = build_with(1, mesh, options);
             for (const int n_threads : {2, 3}) {
@@ -143,7 +143,7 @@ void expect_refreshed_as_defined(const PatchTable& table, int n_channels) {
 
 TEST(Update, IsThatOfTheRowsInOrder) {
     for (const auto& [name, mesh] : all_meshes()) {
-        for (const SurfaceOptions& options : all_options()) {
+        for (const PatchTableOptions& options : all_options()) {
             const Result<Surface> surface = Surface::build(mesh, options);
             if (!surface)
                 continue;
@@ -203,7 +203,7 @@ Change change_of(const PatchTable& table, const std::vector<Index>& vertices) {
 TEST(Move, IsAsIfAllWereSet) {
     std::mt19937 random(5);
     for (const auto& [name, mesh] : all_meshes()) {
-        for (const SurfaceOptions& options : all_options()) {
+        for (const PatchTableOptions& options : all_options()) {
             Result<Surface> moved = Surface::build(mesh, options);
             if (!moved)
                 continue;

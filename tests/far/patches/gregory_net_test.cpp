@@ -51,7 +51,7 @@ struct Model {
                                *build_features(data, topology, {.boundary = boundary}))),
           positions(data.positions) {}
 
-    Net points(Index face, const GregoryOptions& options = {}) const {
+    Net points(Index face, const GregoryRules& options = {}) const {
         const StencilTable rows = gregory_points(topology, features, face, options);
         Net net(rows.n_rows());
         rows.apply<Vec3<double>>(positions, net);
@@ -496,7 +496,7 @@ struct Joins {
     double gap = 0;
     int n_samples = 0;
 
-    void add(const Model& model, const GregoryOptions& options,
+    void add(const Model& model, const GregoryRules& options,
              const std::vector<double>& places) {
         const Topology& t = model.topology;
         std::vector<Net> nets;

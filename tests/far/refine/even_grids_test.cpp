@@ -31,7 +31,7 @@ using test::NamedMesh;
 constexpr int kEvenDegrees[] = {2, 4, 6};
 
 template <class V>
-std::vector<V> points(const DualRefinement& r, const std::vector<V>& base) {
+std::vector<V> points(const EvenGrids& r, const std::vector<V>& base) {
     std::vector<V> out(r.n_vertices());
     r.points(std::span<const V>(base), std::span(out));
     return out;
@@ -73,7 +73,7 @@ std::vector<NamedMesh> meshes() {
     return all;
 }
 
-DualRefinement refined(const MeshData& mesh, int degree, int n_levels) {
+EvenGrids refined(const MeshData& mesh, int degree, int n_levels) {
     return {test::topology_of(mesh), degree, n_levels, test::features_of(mesh)};
 }
 
@@ -91,7 +91,7 @@ std::multiset<std::vector<Index>> face_set(const std::vector<Index>& sizes,
     return faces;
 }
 
-/// As in the tests of UniformRefinement. The point beyond an extraordinary vertex of n faces
+/// As in the tests of OddGrids. The point beyond an extraordinary vertex of n faces
 /// has weights whose absolute values sum to 7; it has a sixteenth of the weight, or less.
 template <class T>
 double rounding(const Refinement& r, const MeshData& mesh) {
@@ -123,7 +123,7 @@ std::size_t n_border_edges(const std::vector<Index>& sizes,
 // places. Both sides of a crease have the same places, so the borders are counted besides.
 template <class T>
 void expect_mesh_of_refinement(const MeshData& mesh, int degree, int n_levels) {
-    const DualRefinement ours = refined(mesh, degree, n_levels);
+    const EvenGrids ours = refined(mesh, degree, n_levels);
     Refinement theirs(test::topology_of(mesh), degree, test::features_of(mesh));
     for (int l = 0; l < n_levels; ++l)
         theirs.add_level();
@@ -183,33 +183,33 @@ void for_each_case(const std::vector<int>& levels, F&& f) {
     }
 }
 
-TEST(DualRefinement, GivesTheMeshOfRefinementInDouble) {
+TEST(EvenGrids, GivesTheMeshOfRefinementInDouble) {
     for_each_case({1, 3}, expect_mesh_of_refinement<double>);
 }
 
-TEST(DualRefinement, GivesTheMeshOfRefinementInFloat) {
+TEST(EvenGrids, GivesTheMeshOfRefinementInFloat) {
     for_each_case({2}, expect_mesh_of_refinement<float>);
 }
 
-TEST(DualRefinement, TakesWhatIsNotSemiSharp) {
-    EXPECT_TRUE(DualRefinement::takes({}));
+TEST(EvenGrids, TakesWhatIsNotSemiSharp) {
+    EXPECT_TRUE(EvenGrids::takes({}));
     for (const auto& [name, mesh] : test::creased_meshes())
-        EXPECT_TRUE(DualRefinement::takes(test::features_of(mesh))) << name;
+        EXPECT_TRUE(EvenGrids::takes(test::features_of(mesh))) << name;
     Features f;
     f.edge_sharpness = {0, kInfinitelySharp, 0};
     f.vertex_sharpness = {kInfinitelySharp, 0};
-    EXPECT_TRUE(DualRefinement::takes(f));
+    EXPECT_TRUE(EvenGrids::takes(f));
     f.edge_sharpness[2] = 0.5;
-    EXPECT_FALSE(DualRefinement::takes(f));
+    EXPECT_FALSE(EvenGrids::takes(f));
     f.edge_sharpness.clear();
     f.vertex_sharpness[1] = 9;
-    EXPECT_FALSE(DualRefinement::takes(f));
+    EXPECT_FALSE(EvenGrids::takes(f));
 }
 
-TEST(DualRefinement, DoesNotDependOnThreads) {
+TEST(EvenGrids, DoesNotDependOnThreads) {
     const MeshData mesh = with_random_tags(test::pole(7, 6, 9), 1);
     for (const int d : kEvenDegrees) {
-        const DualRefinement r = refined(mesh, d, 4);
+        const EvenGrids r = refined(mesh, d, 4);
         const auto run = [&](int n_threads) {
             std::pair<std::vector<Vec3<float>>, std::vector<Index>> result;
             test::with_threads(n_threads, [&] {
@@ -227,10 +227,10 @@ TEST(DualRefinement, DoesNotDependOnThreads) {
 }
 
 // Channels do not mix: the same sums, so the same bits.
-TEST(DualRefinement, TakesTwoChannels) {
+TEST(EvenGrids, TakesTwoChannels) {
     const MeshData mesh = with_random_tags(test::pole(5, 2, 1), 2);
     for (const int d : kEvenDegrees) {
-        const DualRefinement r = refined(mesh, d, 3);
+        const EvenGrids r = refined(mesh, d, 3);
         const auto three = base_points<double>(mesh);
         const std::vector<Vec2<double>> two(three.begin(), three.end());
         const auto a = points(r, two);
@@ -240,7 +240,7 @@ TEST(DualRefinement, TakesTwoChannels) {
     }
 }
 
-TEST(DualRefinement, KeepsCoincidentPointsTogether) {
+TEST(EvenGrids, KeepsCoincidentPointsTogether) {
     MeshData mesh = test::pole(5, 2, 1);
     std::ranges::fill(mesh.positions, Vec3<double>(1, 2, 4));
     for (const int d : kEvenDegrees) {
@@ -249,8 +249,8 @@ TEST(DualRefinement, KeepsCoincidentPointsTogether) {
     }
 }
 
-TEST(DualRefinement, TakesAnEmptyMesh) {
-    const DualRefinement r(Topology{}, 4, 2);
+TEST(EvenGrids, TakesAnEmptyMesh) {
+    const EvenGrids r(Topology{}, 4, 2);
     EXPECT_EQ(r.n_vertices(), 0u);
     EXPECT_EQ(r.n_faces(), 0u);
     std::vector<Vec3<double>> none;

@@ -32,7 +32,7 @@ constexpr int kOddDegrees[] = {3, 5, 7};
 constexpr int kLevels = 3;
 
 template <class V>
-std::vector<V> points(const UniformRefinement& r, const std::vector<V>& base) {
+std::vector<V> points(const OddGrids& r, const std::vector<V>& base) {
     std::vector<V> out(r.grids().n_vertices());
     r.points(std::span<const V>(base), std::span(out));
     return out;
@@ -126,7 +126,7 @@ void for_each_case(const std::vector<int>& levels, F&& f) {
     }
 }
 
-UniformRefinement refined(const MeshData& mesh, int degree, int n_levels) {
+OddGrids refined(const MeshData& mesh, int degree, int n_levels) {
     return {test::topology_of(mesh), degree, n_levels, test::features_of(mesh)};
 }
 
@@ -151,7 +151,7 @@ double rounding(const Refinement& r, const MeshData& mesh) {
 
 template <class T>
 void expect_points_of_refinement(const MeshData& mesh, int degree, int n_levels) {
-    const UniformRefinement ours = refined(mesh, degree, n_levels);
+    const OddGrids ours = refined(mesh, degree, n_levels);
     const Refinement theirs = reference(mesh, degree, n_levels);
     const Topology& t = theirs.topology(n_levels);
     const auto expected = theirs.points(mesh.positions);
@@ -172,20 +172,20 @@ void expect_points_of_refinement(const MeshData& mesh, int degree, int n_levels)
     }
 }
 
-TEST(UniformRefinement, GivesThePointsOfRefinementInDouble) {
+TEST(OddGrids, GivesThePointsOfRefinementInDouble) {
     for_each_case({0, 1, kLevels}, expect_points_of_refinement<double>);
 }
 
-TEST(UniformRefinement, GivesThePointsOfRefinementInFloat) {
+TEST(OddGrids, GivesThePointsOfRefinementInFloat) {
     for_each_case({kLevels}, expect_points_of_refinement<float>);
 }
 
 // The same connectivity under the map of halfedges, and the same features.
-TEST(UniformRefinement, HasTheGraphOfRefinement) {
+TEST(OddGrids, HasTheGraphOfRefinement) {
     for (const auto& [name, mesh] : meshes()) {
         for (const int n_levels : {0, 1, kLevels}) {
             SCOPED_TRACE(name + ", levels " + std::to_string(n_levels));
-            const UniformRefinement ours = refined(mesh, 3, n_levels);
+            const OddGrids ours = refined(mesh, 3, n_levels);
             const Refinement theirs = reference(mesh, 3, n_levels);
             const Topology a = to_topology(ours.grids()), &b = theirs.topology(n_levels);
             ASSERT_EQ(a.n_vertices(), b.n_vertices());
@@ -230,7 +230,7 @@ TEST(UniformRefinement, HasTheGraphOfRefinement) {
 TEST(QuadGrids, AreManifold) {
     for (const auto& [name, mesh] : meshes()) {
         SCOPED_TRACE(name);
-        const UniformRefinement r = refined(mesh, 3, 2);
+        const OddGrids r = refined(mesh, 3, 2);
         const Topology t = to_topology(r.grids());
         const MeshData data = to_mesh_data(t, points(r, mesh.positions));
         const Result<Topology> built = build_topology(data);
@@ -252,7 +252,7 @@ TEST(QuadGrids, AreManifold) {
 }
 
 TEST(QuadGrids, FaceVerticesFollowTheFormula) {
-    const UniformRefinement r = refined(test::dodecahedron(), 3, 4);
+    const OddGrids r = refined(test::dodecahedron(), 3, 4);
     const QuadGrids g = r.grids();
     EXPECT_EQ(g.size, 8u);
     std::vector<Index> vertices(g.n_halfedges());
@@ -276,13 +276,13 @@ TEST(QuadGrids, FaceVerticesFollowTheFormula) {
 
 // Where the surface is a plane with parameter lines at equal distances, a point lies at its
 // address.
-TEST(UniformRefinement, AddressesLieWhereThePointsAre) {
+TEST(OddGrids, AddressesLieWhereThePointsAre) {
     MeshData torus = test::torus(6, 7);  // as a plane: far from where it closes
     for (Index i = 0; i < 6; ++i) {
         for (Index j = 0; j < 7; ++j)
             torus.positions[i * 7 + j] = {i, j, 0};
     }
-    const UniformRefinement r = refined(torus, 5, 3);
+    const OddGrids r = refined(torus, 5, 3);
     const auto p = points(r, torus.positions);
     const QuadGrids g = r.grids();
     const Topology base = test::topology_of(torus);
@@ -299,7 +299,7 @@ TEST(UniformRefinement, AddressesLieWhereThePointsAre) {
     }
     // Elsewhere by quarters: the corner and the centre of each root.
     const MeshData prism = test::prism(5);
-    const UniformRefinement s = refined(prism, 3, 2);
+    const OddGrids s = refined(prism, 3, 2);
     const Topology t = test::topology_of(prism);
     for (Index h = 0; h < t.n_halfedges(); ++h) {
         const QuarterPoint q = to_quarter(t, s.address(h, 0.25, 0.5));
@@ -310,10 +310,10 @@ TEST(UniformRefinement, AddressesLieWhereThePointsAre) {
     }
 }
 
-TEST(UniformRefinement, DoesNotDependOnThreads) {
+TEST(OddGrids, DoesNotDependOnThreads) {
     const MeshData mesh = with_random_tags(test::pole(7, 6, 9), 1);
     for (const int d : kOddDegrees) {
-        const UniformRefinement r = refined(mesh, d, 4);
+        const OddGrids r = refined(mesh, d, 4);
         const auto base = base_points<float>(mesh);
         const auto run = [&](int n_threads) {
             std::pair<std::vector<Vec3<float>>, std::vector<Index>> result;
@@ -331,10 +331,10 @@ TEST(UniformRefinement, DoesNotDependOnThreads) {
 }
 
 // Channels do not mix: the same sums, so the same bits.
-TEST(UniformRefinement, TakesTwoChannels) {
+TEST(OddGrids, TakesTwoChannels) {
     const MeshData mesh = with_random_tags(test::pole(5, 2, 1), 2);
     for (const int d : kOddDegrees) {
-        const UniformRefinement r = refined(mesh, d, 3);
+        const OddGrids r = refined(mesh, d, 3);
         const auto three = base_points<float>(mesh);
         const std::vector<Vec2<float>> two(three.begin(), three.end());
         const auto a = points(r, two);
@@ -344,7 +344,7 @@ TEST(UniformRefinement, TakesTwoChannels) {
     }
 }
 
-TEST(UniformRefinement, KeepsCoincidentPointsTogether) {
+TEST(OddGrids, KeepsCoincidentPointsTogether) {
     MeshData mesh = test::pole(5, 2, 1);
     std::ranges::fill(mesh.positions, Vec3<double>(1, 2, 4));
     for (const int d : kOddDegrees) {
@@ -353,8 +353,8 @@ TEST(UniformRefinement, KeepsCoincidentPointsTogether) {
     }
 }
 
-TEST(UniformRefinement, TakesAnEmptyMesh) {
-    const UniformRefinement r(Topology{}, 3, 2);
+TEST(OddGrids, TakesAnEmptyMesh) {
+    const OddGrids r(Topology{}, 3, 2);
     EXPECT_EQ(r.grids().n_vertices(), 0u);
     std::vector<Vec3<double>> none;
     r.points(std::span<const Vec3<double>>(none), std::span(none));

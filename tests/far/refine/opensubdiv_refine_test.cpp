@@ -255,8 +255,7 @@ void expect_equal_grids(const MeshData& mesh) {
     const auto refiner = osd_refiner(mesh, {});
     const std::vector<Vec3<float>> points(mesh.positions.begin(), mesh.positions.end());
     const auto theirs = osd_points<float>(*refiner, points).back();
-    const UniformRefinement ours(test::topology_of(mesh), 3, kLevels,
-                                 test::features_of(mesh));
+    const OddGrids ours(test::topology_of(mesh), 3, kLevels, test::features_of(mesh));
     const QuadGrids grids = ours.grids();
     ASSERT_EQ(grids.n_vertices(), theirs.size());
     std::vector<Vec3<float>> out(grids.n_vertices());

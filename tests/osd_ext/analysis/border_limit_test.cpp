@@ -25,8 +25,9 @@ namespace {
 /// Surfaces of degree 3 with a given isolation.
 struct Patches {
     Patches(const MeshData& mesh, int isolation)
-        : table(*build_patch_table(topology_of(mesh), features_of(mesh),
-                                   {.degree = 3, .isolation = isolation})),
+        : table(*build_patch_table(
+              topology_of(mesh), features_of(mesh),
+              {.degree = 3, .multisided = {.crease_end_level = isolation}})),
           evaluator(table),
           points(mesh.positions) {
         points.resize(table.n_points());

@@ -438,7 +438,7 @@ TEST(Continuity, CountsNothingBeyondBordersAndHoles) {
             for (const int d : {3, 4, 5}) {
                 SCOPED_TRACE(name + " d" + std::to_string(d) + ", boundary rule " +
                              std::to_string(int(rule)));
-                const auto s = Surface::build(mesh, {.degree = d, .boundary = rule});
+                const auto s = Surface::build(mesh, {.degree = d}, {.boundary = rule});
                 ASSERT_TRUE(s) << s.error().message;
                 const Continuity c = measure_continuity(*s, 1);
                 EXPECT_EQ(c.n_samples, edge_points(*s).size());
@@ -621,7 +621,8 @@ TEST(ContinuityAtBorders, CellsCoverWhatIsNoHole) {
         const Features f = with_border(base, features_of(mesh));
         for (int d = 2; d <= 5; ++d) {
             const auto table =
-                build_patch_table(base, features_of(mesh), {.degree = d, .isolation = 3});
+                build_patch_table(base, features_of(mesh),
+                                  {.degree = d, .multisided = {.crease_end_level = 3}});
             ASSERT_TRUE(table) << table.error().message;
             std::vector<double> area(base.n_halfedges(), 0.0);
             for (const Cell& cell : table->cells()) {

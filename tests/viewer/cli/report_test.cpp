@@ -18,7 +18,7 @@
 #include "tests/support/test_meshes.h"
 #include "viewer/cli/commands.h"
 
-namespace osdx {
+namespace osdx::cli {
 namespace {
 
 using namespace test;
@@ -154,4 +154,4 @@ TEST(PatchCommand, WritesTheGregoryPatchesOfReferenceFiles) {
 }
 
 }  // namespace
-}  // namespace osdx
+}  // namespace osdx::cli

@@ -21,9 +21,9 @@
 
 #include <osdx/embree/ray_scene.h>
 
-#include "test_meshes.h"
+#include "tests/support/test_meshes.h"
 
-namespace osdx {
+namespace osdx::render {
 namespace {
 
 namespace fs = std::filesystem;
@@ -909,4 +909,4 @@ TEST(Drawing, TextTakesAnyBytes) {
 }
 
 }  // namespace
-}  // namespace osdx
+}  // namespace osdx::render

@@ -1,0 +1,63 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <osdx/opensubdiv/limit_surface.h>
+#include <osdx/texture.h>
+
+#include "viewer/cli/commands.h"
+#include "viewer/cli/job.h"
+#include "viewer/cli/pictures.h"
+#include "viewer/cli/progress.h"
+#include "viewer/render/picture.h"
+
+namespace osdx::cli {
+
+Status render_command(const CommandOptions& options) {
+    Progress progress;
+    progress.stage("laying patches");
+    const Result<Job> job = load_job(options);
+    if (!job)
+        return job.error();
+    render::PictureInput input = job_picture(*job);
+    std::optional<LimitSurface> limit;
+    if (options.shade == "distance") {
+        auto built = job->build_limit(options.limit_isolation);
+        if (!built)
+            return in_file(built.error(), options.input);
+        limit.emplace(std::move(*built));
+        show_distance(input, job->surface, *limit, job->diagonal());
+    }
+    std::optional<TextureSurface> texture;
+    if (options.shade == "checker") {
+        Result<TextureSurface> built = load_texture(*job, options);
+        if (!built)
+            return built.error();
+        texture.emplace(std::move(*built));
+        input.texture = [&](const QuarterPoint& q) { return texture->evaluate(q); };
+    }
+    input.title = fmt::format("{}, degree {}", options.input.filename().string(),
+                              options.patch == "catmark" ? 3 : options.patches.degree);
+    render::PictureOptions picture;
+    picture.width = options.width;
+    picture.height = options.height;
+    picture.azimuth_deg = options.azimuth;
+    picture.elevation_deg = options.elevation;
+    picture.range = options.range;
+    progress.stage("tracing");
+    const Status s =
+        write_picture(input, picture, *render::parse_shade(options.shade), options.out);
+    if (!s)
+        return s;
+    return write_report(options, {{"mesh", mesh_report(job->surface.base())},
+                                  {"patches", patch_counts(job->surface.patches())},
+                                  {"width", options.width},
+                                  {"height", options.height},
+                                  {"shade", options.shade}});
+}
+
+}  // namespace osdx::cli

@@ -1,0 +1,42 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#include <osdx/mesh_file.h>
+#include <osdx/subdivide.h>
+
+#include "viewer/cli/commands.h"
+#include "viewer/cli/job.h"
+#include "viewer/cli/progress.h"
+
+namespace osdx::cli {
+
+Status subdivide_command(const CommandOptions& options) {
+    Progress progress;
+    progress.stage("reading");
+    const Result<MeshData> data = read_mesh(options.input);
+    if (!data)
+        return in_file(data.error(), options.input);
+    progress.stage("refining");
+    const Result<SubdividedMesh> refined =
+        subdivide(*data, {.degree = options.patches.degree,
+                          .levels = options.levels,
+                          .features = options.features,
+                          .uv_rule = options.uv_rule});
+    if (!refined) {
+        // No file is to blame for an option.
+        return refined.error().code == ErrorCode::InvalidOption
+                   ? refined.error()
+                   : in_file(refined.error(), options.input);
+    }
+    const MeshData& mesh = refined->data;
+    progress.stage("writing");
+    if (const Status s = written(write_mesh(options.out, mesh), options.out); !s)
+        return s;
+    return write_report(
+        options, {{"degree", options.patches.degree},
+                  {"levels", options.levels},
+                  {"mesh", mesh_report(mesh.positions.size(), mesh.face_sizes.size(),
+                                       refined->n_border_edges)}});
+}
+
+}  // namespace osdx::cli
