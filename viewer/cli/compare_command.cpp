@@ -1,6 +1,7 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
+#include <filesystem>
 #include <string>
 
 #include <fmt/format.h>
@@ -48,6 +49,88 @@ std::string family_lines(const CommandOptions& options, const Job& job,
     return lines;
 }
 
+/// What a comparison tells: as JSON, and in lines for people.
+struct Findings {
+    Json report;
+    std::string lines;
+};
+
+/// Both surfaces over the base of the job, at the samples of an even rate.
+Result<SurfaceDistance> distance_between(const Job& job, const SurfaceFunction& from,
+                                         const SurfaceFunction& to,
+                                         const CommandOptions& options) {
+    const Result<SurfaceDistance> distance =
+        measure_distance(job.surface.base(), job.surface.features(), from, to,
+                         options.rate + options.rate % 2, job.diagonal());
+    if (!distance)
+        return in_file(distance.error(), options.input);
+    return distance;
+}
+
+/// OpenSubdiv's patches, at a low isolation.
+Status add_catmark(const Job& job, const LimitSurface& limit,
+                   const CommandOptions& options, Progress& progress,
+                   Findings& findings) {
+    progress.stage("measuring OpenSubdiv's patches");
+    const Result<LimitSurface> peer = job.build_limit(options.with_isolation);
+    if (!peer)
+        return in_file(peer.error(), options.input);
+    const Topology& base = job.surface.base();
+    const auto to_limit = distance_between(job, surface_function(base, *peer),
+                                           surface_function(base, limit), options);
+    if (!to_limit)
+        return to_limit.error();
+    findings.report["with"] = {{"patch", options.with},
+                               {"isolation", options.with_isolation},
+                               {"patches", {{"all", peer->n_patches()}}},
+                               {"limit", distance_report(*to_limit)}};
+    findings.lines +=
+        fmt::format("OpenSubdiv at isolation {}: {} patches\n  to the limit: {}\n",
+                    options.with_isolation, peer->n_patches(), distance_line(*to_limit));
+    return ok();
+}
+
+/// Another family of ours.
+Status add_family(const Job& job, const LimitSurface& limit,
+                  const CommandOptions& options, Progress& progress, Findings& findings) {
+    CommandOptions others = options;
+    others.patch = options.with;
+    Result<Job> other = load_job(others);
+    if (!other)
+        return other.error();
+    const Result<Measures> m = measure(*other, limit, options.rate, progress);
+    if (!m)
+        return in_file(m.error(), options.input);
+    progress.stage("measuring the distance between the two");
+    const auto between =
+        distance_between(job, job.function(), other->function(), options);
+    if (!between)
+        return between.error();
+    Json& with = findings.report["with"];
+    with = family_report(*other, *m);
+    with["patch"] = options.with;
+    with["distance"] = distance_report(*between);
+    findings.lines += family_lines(others, *other, *m);
+    findings.lines += fmt::format("between {} and {}: {}\n", options.patch, options.with,
+                                  distance_line(*between));
+    return ok();
+}
+
+Status draw_pictures(const Job& job, const LimitSurface& limit,
+                     const std::filesystem::path& folder, Progress& progress) {
+    if (const Status s = make_folder(folder); !s)
+        return s;
+    render::PictureInput input = job_picture(job);
+    show_distance(input, job.surface, limit, job.diagonal());
+    for (const auto& [shade, name] : kPictures) {
+        progress.stage(fmt::format("tracing {}", name));
+        const auto file = folder / fmt::format("{}.png", name);
+        if (const Status s = write_picture(input, {}, shade, file); !s)
+            return s;
+    }
+    return ok();
+}
+
 }  // namespace
 
 Status compare_command(const CommandOptions& options) {
@@ -57,84 +140,41 @@ Status compare_command(const CommandOptions& options) {
     if (!job)
         return job.error();
     const Topology& base = job->surface.base();
-    const double diagonal = job->diagonal();
-    const int even_rate = options.rate + options.rate % 2;
+    const int isolation = options.limit_isolation;
     progress.stage("building the limit surface");
-    const Result<LimitSurface> limit = job->build_limit(options.limit_isolation);
+    const Result<LimitSurface> limit = job->build_limit(isolation);
     if (!limit)
         return in_file(limit.error(), options.input);
-    const Result<double> error =
-        isolation_error(base, job->surface.features(), job->mesh.positions,
-                        options.limit_isolation, diagonal);
+    const Result<double> error = isolation_error(
+        base, job->surface.features(), job->mesh.positions, isolation, job->diagonal());
     if (!error)
         return in_file(error.error(), options.input);
     const Result<Measures> m = measure(*job, *limit, options.rate, progress);
     if (!m)
         return in_file(m.error(), options.input);
-
     if (!options.images.empty()) {
-        if (const Status s = make_folder(options.images); !s)
+        const Status s = draw_pictures(*job, *limit, options.images, progress);
+        if (!s)
             return s;
-        render::PictureInput input = job_picture(*job);
-        show_distance(input, job->surface, *limit, diagonal);
-        for (const auto& [shade, name] : kPictures) {
-            progress.stage(fmt::format("tracing {}", name));
-            const auto file = options.images / fmt::format("{}.png", name);
-            if (const Status s = write_picture(input, {}, shade, file); !s)
-                return s;
-        }
     }
 
-    Json report = {{"mesh", mesh_report(base)}, {"degree", options.patches.degree}};
-    report.update(family_report(*job, *m));
-    report["limit"]["isolation"] = options.limit_isolation;
-    report["limit"]["isolation_error"] = *error;
-
-    std::string lines = family_lines(options, *job, *m);
-    lines += fmt::format("(limit of OpenSubdiv at isolation {}, itself within {:.1e})\n",
-                         options.limit_isolation, *error);
-    if (options.with == "catmark") {
-        progress.stage("measuring OpenSubdiv's patches");
-        const Result<LimitSurface> peer = job->build_limit(options.with_isolation);
-        if (!peer)
-            return in_file(peer.error(), options.input);
-        const auto to_limit =
-            measure_distance(base, job->surface.features(), surface_function(base, *peer),
-                             surface_function(base, *limit), even_rate, diagonal);
-        if (!to_limit)
-            return in_file(to_limit.error(), options.input);
-        report["with"] = {{"patch", options.with},
-                          {"isolation", options.with_isolation},
-                          {"patches", {{"all", peer->n_patches()}}},
-                          {"limit", distance_report(*to_limit)}};
-        lines += fmt::format(
-            "OpenSubdiv at isolation {}: {} patches\n  to the limit: {}\n",
-            options.with_isolation, peer->n_patches(), distance_line(*to_limit));
-    } else if (!options.with.empty()) {
-        CommandOptions others = options;
-        others.patch = options.with;
-        Result<Job> other = load_job(others);
-        if (!other)
-            return other.error();
-        const Result<Measures> n = measure(*other, *limit, options.rate, progress);
-        if (!n)
-            return in_file(n.error(), options.input);
-        progress.stage("measuring the distance between the two");
-        const auto between =
-            measure_distance(base, job->surface.features(), job->function(),
-                             other->function(), even_rate, diagonal);
-        if (!between)
-            return in_file(between.error(), options.input);
-        report["with"] = family_report(*other, *n);
-        report["with"]["patch"] = options.with;
-        report["with"]["distance"] = distance_report(*between);
-        lines += family_lines(others, *other, *n);
-        lines += fmt::format("between {} and {}: {}\n", options.patch, options.with,
-                             distance_line(*between));
+    Findings f;
+    f.report = {{"mesh", mesh_report(base)}, {"degree", options.patches.degree}};
+    f.report.update(family_report(*job, *m));
+    f.report["limit"]["isolation"] = isolation;
+    f.report["limit"]["isolation_error"] = *error;
+    f.lines = family_lines(options, *job, *m);
+    f.lines +=
+        fmt::format("(limit of OpenSubdiv at isolation {}, itself within {:.1e})\n",
+                    isolation, *error);
+    if (!options.with.empty()) {
+        const auto add = options.with == "catmark" ? add_catmark : add_family;
+        if (const Status s = add(*job, *limit, options, progress, f); !s)
+            return s;
     }
-    if (const Status s = write_report(options, report); !s)
+    if (const Status s = write_report(options, f.report); !s)
         return s;
-    progress.print(lines);
+    progress.print(f.lines);
     return ok();
 }
 

@@ -1,6 +1,7 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
+#include <filesystem>
 #include <ostream>
 #include <string_view>
 #include <utility>
@@ -19,24 +20,28 @@
 #include "viewer/cli/progress.h"
 
 namespace osdx::cli {
+namespace {
 
-Status demo_command(const CommandOptions& options) {
-    constexpr int kRate = 8;
-    if (const Status s = make_folder(options.out); !s)
-        return s;
-    CommandOptions own = options;
-    own.input = options.out / "valve_body.obj";
-    if (const Status s = written(
-            write_file(own.input, [](std::ostream& out) { out << demo_mesh_obj(); }),
-            own.input);
-        !s)
-        return s;
-    fmt::print("The mesh, {}:\n", own.input.string());
-    own.json = options.out / "info.json";
-    if (const Status s = info_command(own); !s)
-        return s;
+constexpr int kRate = 8;
 
-    Progress progress;
+Status write_demo_mesh(const std::filesystem::path& file) {
+    return written(write_file(file, [](std::ostream& out) { out << demo_mesh_obj(); }),
+                   file);
+}
+
+Result<Measures> measure_limit(Job& job, const CommandOptions& options,
+                               Progress& progress) {
+    const Result<LimitSurface> limit = job.build_limit(options.limit_isolation);
+    if (!limit)
+        return in_file(limit.error(), options.input);
+    Result<Measures> m = measure(job, *limit, kRate, progress);
+    if (!m)
+        return in_file(m.error(), options.input);
+    return m;
+}
+
+/// Prints a row for each degree. \return the same as JSON
+Result<Json> compare_degrees(CommandOptions options, Progress& progress) {
     progress.print(fmt::format(
         "\nDistance to the Catmull-Clark limit and joins of the patches, by degree\n"
         "(lengths over the bounding-box diagonal, angles in degrees):\n\n"
@@ -45,18 +50,14 @@ Status demo_command(const CommandOptions& options) {
         "patches"));
     Json table = Json::array();
     for (int degree = 2; degree <= 7; ++degree) {
-        own.patches.degree = degree;
+        options.patches.degree = degree;
         progress.stage(fmt::format("degree {}", degree));
-        Result<Job> job = load_job(own);
+        Result<Job> job = load_job(options);
         if (!job)
             return job.error();
-        // The limit surface refers to the base of one job; each job has its own.
-        auto built = job->build_limit(own.limit_isolation);
-        if (!built)
-            return in_file(built.error(), own.input);
-        const Result<Measures> m = measure(*job, *built, kRate, progress);
+        const Result<Measures> m = measure_limit(*job, options, progress);
         if (!m)
-            return in_file(m.error(), own.input);
+            return m.error();
         const PatchTable& patches = job->surface.patches();
         const Continuity& c = m->continuity;
         progress.print(fmt::format(
@@ -68,55 +69,85 @@ Status demo_command(const CommandOptions& options) {
         row.update(m->report());
         table.push_back(std::move(row));
     }
-    own.json = options.out / "compare.json";
-    if (const Status s = write_report(own, table); !s)
-        return s;
+    return table;
+}
 
-    own.patches.degree = 3;
-    const Result<Job> job = load_job(own);
+/// Traces a picture into the folder and says so.
+Status draw(const render::PictureInput& input, render::Shade shade, std::string_view name,
+            const std::filesystem::path& folder, Progress& progress) {
+    progress.stage(fmt::format("tracing {}", name));
+    const auto file = folder / fmt::format("{}.png", name);
+    Status s = write_picture(input, {}, shade, file);
+    if (s)
+        progress.print(fmt::format("wrote {}\n", file.string()));
+    return s;
+}
+
+/// The tessellation, and the pictures, beside one of the limit surface.
+Status show_cubic(CommandOptions options, Progress& progress) {
+    options.patches.degree = 3;
+    const Result<Job> job = load_job(options);
     if (!job)
         return job.error();
     progress.stage("writing the tessellation");
     const auto glb = options.out / "surface.glb";
-    if (const Status s =
-            written(write_tessellation(glb, job->surface.tessellate(kRate)), glb);
+    if (const Status s = written(write_tessellation(glb, job->tessellate(kRate)), glb);
         !s)
         return s;
-
     progress.print(fmt::format("\nwrote {}\n", glb.string()));
-    auto built = job->build_limit(own.limit_isolation);
-    if (!built)
-        return in_file(built.error(), own.input);
-    const auto picture = [&](const render::PictureInput& input, render::Shade shade,
-                             std::string_view name) {
-        progress.stage(fmt::format("tracing {}", name));
-        const auto file = options.out / fmt::format("{}.png", name);
-        const Status s = write_picture(input, {}, shade, file);
-        if (s)
-            progress.print(fmt::format("wrote {}\n", file.string()));
-        return s;
-    };
+
+    const Result<LimitSurface> limit = job->build_limit(options.limit_isolation);
+    if (!limit)
+        return in_file(limit.error(), options.input);
     render::PictureInput input = job_picture(*job);
-    show_distance(input, job->surface, *built, job->diagonal());
+    show_distance(input, job->surface, *limit, job->diagonal());
     input.title = "osdx, degree 3";
     for (const auto& [shade, name] : kPictures) {
-        if (const Status s = picture(input, shade, name); !s)
+        if (const Status s = draw(input, shade, name, options.out, progress); !s)
             return s;
     }
     render::PictureInput catmark = input;
-    catmark.surface = surface_function(job->surface.base(), *built);
+    catmark.surface = surface_function(job->surface.base(), *limit);
     catmark.title = "Catmull-Clark limit";
-    if (const Status s =
-            picture(catmark, render::Shade::Reflection, "reflection_catmark");
-        !s)
+    return draw(catmark, render::Shade::Reflection, "reflection_catmark", options.out,
+                progress);
+}
+
+Status show_quintic(CommandOptions options, Progress& progress) {
+    options.patches.degree = 5;
+    const Result<Job> job = load_job(options);
+    if (!job)
+        return job.error();
+    render::PictureInput input = job_picture(*job);
+    input.title = "osdx, degree 5";
+    return draw(input, render::Shade::Reflection, "reflection_degree5", options.out,
+                progress);
+}
+
+}  // namespace
+
+Status demo_command(const CommandOptions& options) {
+    if (const Status s = make_folder(options.out); !s)
         return s;
-    own.patches.degree = 5;
-    const Result<Job> quintic = load_job(own);
-    if (!quintic)
-        return quintic.error();
-    render::PictureInput input5 = job_picture(*quintic);
-    input5.title = "osdx, degree 5";
-    return picture(input5, render::Shade::Reflection, "reflection_degree5");
+    CommandOptions own = options;
+    own.input = options.out / "valve_body.obj";
+    if (const Status s = write_demo_mesh(own.input); !s)
+        return s;
+    fmt::print("The mesh, {}:\n", own.input.string());
+    own.json = options.out / "info.json";
+    if (const Status s = info_command(own); !s)
+        return s;
+
+    Progress progress;
+    const Result<Json> table = compare_degrees(own, progress);
+    if (!table)
+        return table.error();
+    own.json = options.out / "compare.json";
+    if (const Status s = write_report(own, *table); !s)
+        return s;
+    if (const Status s = show_cubic(own, progress); !s)
+        return s;
+    return show_quintic(own, progress);
 }
 
 }  // namespace osdx::cli

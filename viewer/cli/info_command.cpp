@@ -20,49 +20,48 @@ const char* plural(std::int64_t n) {
     return n == 1 ? "" : "s";
 }
 
-}  // namespace
-
-Status info_command(const CommandOptions& options) {
-    const Result<Job> job = load_job(options);
-    if (!job)
-        return job.error();
-    const Topology& t = job->surface.base();
-    const PatchTable& patches = job->surface.patches();
-    // As tags, before the border is taken as what it is.
-    const Result<Features> features = build_features(job->mesh, t, options.features);
-    if (!features)
-        return in_file(features.error(), options.input);
-
-    std::set<Index> control_points;
+Index count_control_points(const PatchTable& patches) {
+    std::set<Index> points;
     for (Index p = 0; p < patches.n_patches(); ++p) {
         const PatchRef patch = patches.patch(p);
-        control_points.insert(patch.points.begin(), patch.points.end());
+        points.insert(patch.points.begin(), patch.points.end());
     }
-    Json by_level = Json::object();
-    for (int level = 0; level < patches.n_levels(); ++level)
-        by_level[std::to_string(level)] = patch_counts(patches, level);
+    return static_cast<Index>(points.size());
+}
+
+/// \param features  as tags, before the border is taken as what it is
+Json info_mesh(const Job& job, const Features& features) {
+    const Topology& t = job.surface.base();
+    const auto unused = job.surface.unused_vertices();
     Json tags = Json::object();
-    for (const Tag& tag : job->mesh.tags)
+    for (const Tag& tag : job.mesh.tags)
         tags[tag.name] = tags.value(tag.name, 0) + 1;
-    const auto unused = job->surface.unused_vertices();
     Index n_bare = 0;
     for (Index f = 0; f < t.n_faces(); ++f)
-        n_bare += !patches.has_surface(f);
+        n_bare += !job.surface.patches().has_surface(f);
 
     Json mesh = mesh_details(t);
     mesh["unused_vertices"] = std::vector<Index>(unused.begin(), unused.end());
     mesh["tags"] = tags;
-    mesh["features"] = feature_report(*features);
+    mesh["features"] = feature_report(features);
     mesh["faces_without_surface"] = n_bare;
-    const Json report = {{"mesh", mesh},
-                         {"degree", options.patches.degree},
-                         {"refinement_levels", patches.n_levels() - 1},
-                         {"patches", patch_counts(patches)},
-                         {"patches_by_level", by_level},
-                         {"control_points", control_points.size()}};
-    if (const Status s = write_report(options, report); !s)
-        return s;
+    return mesh;
+}
 
+Json info_report(const Job& job, const Features& features, int degree) {
+    const PatchTable& patches = job.surface.patches();
+    Json by_level = Json::object();
+    for (int level = 0; level < patches.n_levels(); ++level)
+        by_level[std::to_string(level)] = patch_counts(patches, level);
+    return {{"mesh", info_mesh(job, features)},
+            {"degree", degree},
+            {"refinement_levels", patches.n_levels() - 1},
+            {"patches", patch_counts(patches)},
+            {"patches_by_level", by_level},
+            {"control_points", count_control_points(patches)}};
+}
+
+void print_mesh(const Json& mesh, bool ignore_tags) {
     const bool closed = mesh["closed"].get<bool>();
     const auto components = mesh["components"].get<Index>(),
                loops = mesh["boundary_loops"].get<Index>();
@@ -71,27 +70,50 @@ Status info_command(const CommandOptions& options) {
                : fmt::format("open with {} boundary edges in {} loop{}",
                              mesh["boundary_edges"].get<Index>(), loops, plural(loops));
     fmt::print("{} vertices, {} edges, {} faces, {}; {} component{}, Euler number {}\n",
-               t.n_vertices(), t.n_edges, t.n_faces(), border, components,
-               plural(components), mesh["euler"].get<long long>());
+               mesh["vertices"].get<Index>(), mesh["edges"].get<Index>(),
+               mesh["faces"].get<Index>(), border, components, plural(components),
+               mesh["euler"].get<long long>());
     fmt::print("valences:   {}\n", one_line(mesh["valences"]));
     if (!closed)
         fmt::print("at borders: {} (faces)\n", one_line(mesh["boundary_valences"]));
     fmt::print("face sizes: {}\n", one_line(mesh["face_sizes"]));
+    const Json& tags = mesh["tags"];
     fmt::print("tags:       {}{}\n", one_line(tags),
-               options.features.ignore_tags && !tags.empty() ? " (ignored)" : "");
+               ignore_tags && !tags.empty() ? " (ignored)" : "");
     fmt::print("{}", feature_lines(mesh["features"], closed));
-    if (n_bare > 0)
+    if (const auto n_bare = mesh["faces_without_surface"].get<Index>(); n_bare > 0)
         fmt::print("bare:       {} faces without surface\n", n_bare);
-    if (!unused.empty()) {
+    if (const Json& unused = mesh["unused_vertices"]; !unused.empty()) {
         fmt::print("unused:     {} vertices that no face uses, the first is {}\n",
-                   unused.size(), unused[0]);
+                   unused.size(), unused[0].get<Index>());
     }
+}
+
+void print_patches(const PatchTable& patches, const Json& report) {
+    const int n_steps = patches.n_levels() - 1;
     fmt::print("degree {}: {} level{} of refinement, {} control points\n",
-               options.patches.degree, patches.n_levels() - 1,
-               plural(patches.n_levels() - 1), control_points.size());
+               report["degree"].get<int>(), n_steps, plural(n_steps),
+               report["control_points"].get<Index>());
     fmt::print("patches:    {}\n", patch_summary(patches));
     for (int level = 0; level < patches.n_levels(); ++level)
         fmt::print("  level {}:  {}\n", level, patch_summary(patches, level));
+}
+
+}  // namespace
+
+Status info_command(const CommandOptions& options) {
+    const Result<Job> job = load_job(options);
+    if (!job)
+        return job.error();
+    const Result<Features> features =
+        build_features(job->mesh, job->surface.base(), options.features);
+    if (!features)
+        return in_file(features.error(), options.input);
+    const Json report = info_report(*job, *features, options.patches.degree);
+    if (const Status s = write_report(options, report); !s)
+        return s;
+    print_mesh(report["mesh"], options.features.ignore_tags);
+    print_patches(job->surface.patches(), report);
     return ok();
 }
 
