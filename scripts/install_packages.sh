@@ -5,9 +5,10 @@
 # Installs what is missing of the packages that osdx needs; names are those of Debian 12.
 # Where it cannot install, it says what is needed and leaves the verdict to CMake.
 #
-# Usage: scripts/install_packages.sh [build | format | benchmarks | peers]...
+# Usage: scripts/install_packages.sh [build | format | clang | benchmarks | peers]...
 #   build       to build, run and test (the default)
 #   format      to check the format of the sources
+#   clang       to build with Clang as well
 #   benchmarks  to build the benchmarks
 #   peers       what they measure beside the libraries that osdx itself uses
 
@@ -19,6 +20,7 @@ build=(g++ cmake ninja-build pkg-config
     libcli11-dev nlohmann-json3-dev libtinygltf-dev libpng-dev libstb-dev
     libgtest-dev)
 format=(clang-format-14)
+clang=(clang-14)
 benchmarks=(libbenchmark-dev)
 peers=(libcgal-dev)
 
@@ -27,8 +29,9 @@ by_hand() {
     cat >&2 <<'END'
 osdx is built with a C++20 compiler (GCC 12, Clang 14 or newer), CMake 3.22, Ninja and
 pkg-config, from these libraries:
-  OpenMesh, GLM, oneTBB, Highway, Eigen 3, fmt, CLI11, nlohmann-json, tinygltf, libpng, stb,
-  GoogleTest for the tests; Embree 3 or 4 to trace rays and OpenSubdiv 3.5 to compare.
+  GLM, oneTBB, Highway, Eigen 3, fmt, CLI11, nlohmann-json, tinygltf, libpng, stb,
+  GoogleTest for the tests; OpenMesh for its meshes, Embree 3 or 4 to trace rays and
+  OpenSubdiv 3.5 to compare.
 Once they are installed, from the folder of the sources:
   cmake --preset release && cmake --build --preset release && ctest --preset release
 CMAKE_PREFIX_PATH tells CMake of libraries in unusual places.
@@ -48,10 +51,11 @@ for group in "${@:-build}"; do
     case $group in
         build) wanted+=("${build[@]}") ;;
         format) wanted+=("${format[@]}") ;;
+        clang) wanted+=("${clang[@]}") ;;
         benchmarks) wanted+=("${benchmarks[@]}") ;;
         peers) wanted+=("${peers[@]}") ;;
         *)
-            echo "usage: $0 [build | format | benchmarks | peers]..." >&2
+            echo "usage: $0 [build | format | clang | benchmarks | peers]..." >&2
             exit 2
             ;;
     esac

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "viewer/cli/commands.h"
+#include "viewer/render/patch_kind_name.h"
 
 namespace osdx::cli {
 namespace {
@@ -81,57 +82,22 @@ std::string one_line_of_sharpness(const Json& report) {
     return s;
 }
 
-/// Patches that a report counts together: in one number, or by their number of sectors.
-struct ReportGroup {
-    PatchKind kind;
-    PatchBorder border;
-    std::string_view key, name;
-
-    bool by_sectors() const { return kind != PatchKind::Regular; }
-    /// Whether the report has it even where there are none.
-    bool always() const { return border == PatchBorder::None; }
-};
-constexpr std::array kGroups = {
-    ReportGroup{PatchKind::Regular, PatchBorder::None, "regular", "regular"},
-    ReportGroup{PatchKind::EV, PatchBorder::None, "ev", "EV"},
-    ReportGroup{PatchKind::EV, PatchBorder::Smooth, "ev_border", "border EV"},
-    ReportGroup{PatchKind::EV, PatchBorder::Pinned, "ev_pinned", "pinned EV"},
-    ReportGroup{PatchKind::EV, PatchBorder::Spike, "ev_spike", "spiked EV"},
-    ReportGroup{PatchKind::EF, PatchBorder::None, "ef", "EF"},
-    ReportGroup{PatchKind::EF, PatchBorder::Smooth, "ef_border", "border EF"},
-    ReportGroup{PatchKind::EF, PatchBorder::Pinned, "ef_pinned", "pinned EF"},
-    ReportGroup{PatchKind::EF, PatchBorder::Spike, "ef_spike", "spiked EF"},
-    ReportGroup{PatchKind::Gregory, PatchBorder::None, "gregory", "Gregory"},
-};
-
-const ReportGroup& group_of(PatchKind kind, PatchBorder border) {
-    const auto group = std::ranges::find_if(kGroups, [&](const ReportGroup& g) {
-        return g.kind == kind && g.border == border;
-    });
-    assert(group != kGroups.end());
-    return *group;
-}
-
 /// By group and number of sectors, which is 0 where it is not told.
-std::array<std::map<Index, Index>, kGroups.size()> count_patches(
+std::array<std::map<Index, Index>, render::kPatchKinds.size()> count_patches(
     const PatchTable& table, std::optional<int> level) {
-    std::array<std::map<Index, Index>, kGroups.size()> counts;
+    std::array<std::map<Index, Index>, render::kPatchKinds.size()> counts;
     for (Index i = 0; i < table.n_patches(); ++i) {
         if (level && table.patch(i).level != *level)
             continue;
         const PatchClass& c = table.class_of(i);
-        const ReportGroup& group = group_of(c.kind, c.border);
-        ++counts[&group - kGroups.data()]
+        const render::PatchKindName& group = render::name_of(c.kind, c.border);
+        ++counts[&group - render::kPatchKinds.data()]
                 [group.by_sectors() ? static_cast<Index>(c.n_sectors) : 0];
     }
     return counts;
 }
 
 }  // namespace
-
-std::string_view patch_name(PatchKind kind, PatchBorder border) {
-    return group_of(kind, border).name;
-}
 
 Json histogram(const std::map<Index, Index>& counts) {
     Json j = Json::object();
@@ -214,11 +180,11 @@ std::string feature_lines(const Json& report, bool closed) {
 Json patch_counts(const PatchTable& table, std::optional<int> level) {
     const auto counts = count_patches(table, level);
     Json report;
-    for (std::size_t g = 0; g < kGroups.size(); ++g) {
-        if (counts[g].empty() && !kGroups[g].always())
+    for (std::size_t g = 0; g < render::kPatchKinds.size(); ++g) {
+        if (counts[g].empty() && !render::kPatchKinds[g].always())
             continue;
-        const std::string key(kGroups[g].key);
-        if (kGroups[g].by_sectors())
+        const std::string key(render::kPatchKinds[g].key);
+        if (render::kPatchKinds[g].by_sectors())
             report[key] = histogram(counts[g]);
         else
             report[key] = counts[g].empty() ? 0 : counts[g].at(0);
@@ -229,10 +195,11 @@ Json patch_counts(const PatchTable& table, std::optional<int> level) {
 std::string patch_summary(const PatchTable& table, std::optional<int> level) {
     const auto counts = count_patches(table, level);
     std::string s;
-    for (std::size_t g = 0; g < kGroups.size(); ++g) {
+    for (std::size_t g = 0; g < render::kPatchKinds.size(); ++g) {
         for (const auto& [n_sectors, count] : counts[g]) {
-            s += fmt::format("{}{} {}", s.empty() ? "" : ", ", count, kGroups[g].name);
-            if (kGroups[g].by_sectors())
+            s += fmt::format("{}{} {}", s.empty() ? "" : ", ", count,
+                             render::kPatchKinds[g].name);
+            if (render::kPatchKinds[g].by_sectors())
                 s += fmt::format("({})", n_sectors);
         }
     }

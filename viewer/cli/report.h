@@ -42,9 +42,6 @@ Json feature_report(const Features& features);
 /// where \p closed is false, and for the other rules where they are not the default ones.
 std::string feature_lines(const Json& feature_report, bool closed);
 
-/// "EV", "border EF", ...: without the number of sectors.
-std::string_view patch_name(PatchKind kind, PatchBorder border);
-
 /// {"regular": k, "ev": {"5": k, ...}, "ef": {...}, "gregory": {}}, by number of sectors; and,
 /// where there are some, "ev_border", "ev_pinned", "ev_spike" and the same for "ef"; see
 /// PatchBorder.

@@ -11,8 +11,8 @@
 
 #include <fmt/format.h>
 
-#include "viewer/cli/report.h"
 #include "viewer/render/color.h"
+#include "viewer/render/patch_kind_name.h"
 
 namespace osdx::render {
 namespace {
@@ -26,7 +26,7 @@ double text_scale(const PictureOptions& o) {
 std::string group_name(const PatchGroup& g) {
     if (g.kind == PatchKind::Regular)
         return fmt::format("regular level {}: {}", g.level, g.n_patches);
-    return fmt::format("{} {}: {}", cli::patch_name(g.kind, g.border), g.n_sectors,
+    return fmt::format("{} {}: {}", name_of(g.kind, g.border).name, g.n_sectors,
                        g.n_patches);
 }
 
