@@ -84,7 +84,7 @@ ClosestPoint closest_point(const Topology& base, const Features& features,
     constexpr int kMaxSteps = 40;  // a few Newton steps and as many crossings
     const auto is_sharp = [&](Index quarter, int side) {
         const Index h = halfedge_of_side(base, quarter, side);
-        return h != kInvalidIndex && features.edge(base.edge[h]) >= kInfinitelySharp;
+        return h != kInvalidIndex && is_infinitely_sharp(features.edge(base.edge[h]));
     };
     const auto is_wall = [&](Index quarter, int side) {
         const Index h = halfedge_of_side(base, quarter, side);

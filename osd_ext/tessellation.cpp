@@ -212,7 +212,7 @@ private:
     bool is_hole(Index face) const {
         return !features_.hole.empty() && features_.hole[face];
     }
-    bool is_sharp(Index edge) const { return features_.edge(edge) >= kInfinitelySharp; }
+    bool is_sharp(Index edge) const { return is_infinitely_sharp(features_.edge(edge)); }
     const Pattern& pattern_of(Index face) const {
         return *patterns_[base_.face_size(face)];
     }

@@ -22,10 +22,6 @@ struct Span {
     double seam_sharpness = 0;       // greatest of the semi-sharp edges at the ends
 };
 
-bool is_semi_sharp(double s) {
-    return s > 0 && s < kInfinitelySharp;
-}
-
 /// The sharpness of a corner that lasts as long as those edges of a crease do, and ends with
 /// the mean of what is left of the last of them.
 double lasting_sharpness(const std::vector<double>& edges) {
@@ -169,7 +165,7 @@ private:
                 if (h == first)
                     return;
                 const double s = features_.edge(mesh_.edge[h]);
-                span.has_infinite_edge = span.has_infinite_edge || s >= kInfinitelySharp;
+                span.has_infinite_edge = span.has_infinite_edge || is_infinitely_sharp(s);
                 if (is_semi_sharp(s))
                     span.semi_sharp.push_back(s);
             });

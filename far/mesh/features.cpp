@@ -200,7 +200,7 @@ Features with_border(const Topology& t, Features f, std::span<const Index> borde
     f.edge_sharpness.resize(t.n_edges);
     for (const Index h : borders) {
         double& sharpness = f.edge_sharpness[t.edge[h]];
-        const bool is_sharpened = sharpness >= kInfinitelySharp;
+        const bool is_sharpened = is_infinitely_sharp(sharpness);
         sharpness = kInfinitelySharp;
         const Index v = t.vertex[h];
         if (f.boundary == BoundaryRule::EdgeAndCorner && t.valence(v) == 1) {
@@ -273,7 +273,7 @@ bool is_flat(const Topology& t, const Features& f, Index v) {
     int n_sharp = 0;
     bool has_surface = false;
     t.for_each_outgoing(v, [&](Index h) {
-        n_sharp += f.edge(t.edge[h]) >= kInfinitelySharp;
+        n_sharp += is_infinitely_sharp(f.edge(t.edge[h]));
         has_surface |= f.hole.empty() || !f.hole[t.face(h)];
     });
     return n_sharp < 2 && has_surface;

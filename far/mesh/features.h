@@ -33,6 +33,13 @@ enum class CreaseMethod : std::uint8_t {
 
 /// A sharpness from here on never goes down (OpenSubdiv's limit).
 constexpr double kInfinitelySharp = 10;
+constexpr bool is_infinitely_sharp(double s) noexcept {
+    return s >= kInfinitelySharp;
+}
+/// Sharp for some levels.
+constexpr bool is_semi_sharp(double s) noexcept {
+    return s > 0 && s < kInfinitelySharp;
+}
 
 /// Where the surface is not smooth, and where it is not.
 ///

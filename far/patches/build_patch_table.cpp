@@ -149,7 +149,7 @@ private:
         const Features& f = features();
         const auto none_semi_sharp = [](const std::vector<double>& sharpness) {
             return detail::first_index(sharpness.size(), [&](Index i) {
-                       return sharpness[i] > 0 && sharpness[i] < kInfinitelySharp;
+                       return is_semi_sharp(sharpness[i]);
                    }) == kInvalidIndex;
         };
         return f.hole.empty() && none_semi_sharp(f.edge_sharpness) &&

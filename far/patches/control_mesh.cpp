@@ -8,6 +8,7 @@
 
 #include "far/parallel.h"
 #include "far/refine/refine_step.h"
+#include "far/refine/sharpness.h"
 
 namespace osdx::detail {
 
@@ -35,7 +36,7 @@ ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
         bool any = false;
         if (level.sharp[v])
             t.for_each_edge(v, [&](Index e, Index) {
-                any |= level.features.edge(e) >= kInfinitelySharp;
+                any |= is_infinitely_sharp(level.features.edge(e));
             });
         return any;
     };
@@ -115,7 +116,7 @@ std::vector<std::uint8_t> ControlMesh::special_vertices() const {
             skip_face(t.face(h));
     }
     for (const Junction& j : level.junctions) {
-        if (j.vertex_sharpness < kInfinitelySharp)
+        if (!is_infinitely_sharp(j.vertex_sharpness))
             skip_face(j.face);
     }
     return special;
@@ -123,7 +124,7 @@ std::vector<std::uint8_t> ControlMesh::special_vertices() const {
 
 bool ControlMesh::is_cut(Index h) const noexcept {
     const Index edge = topology().edge[h];
-    return odd_ ? level_->features.edge(edge) >= kInfinitelySharp
+    return odd_ ? is_infinitely_sharp(level_->features.edge(edge))
                 : topology().is_border(h) && !level_->is_gap(edge);
 }
 
@@ -156,24 +157,23 @@ void ControlMesh::sort_special_fans(Index v, std::uint8_t special, Fans& out) {
     ring.clear();
     t.for_each_outgoing(v, [&](Index h) { ring.push_back(h); });
     bool blocked = false;  // semi-sharp, or beside a gap
-    int n_cuts = 0;
+    std::size_t n_cuts = 0;
     t.for_each_edge(v, [&](Index e, Index) {
         const double s = odd_ ? level_->features.edge(e) : 0.0;
-        blocked |= (s > 0 && s < kInfinitelySharp) || level_->is_gap(e);
-        n_cuts += s >= kInfinitelySharp;
+        blocked |= is_semi_sharp(s) || level_->is_gap(e);
+        n_cuts += is_infinitely_sharp(s);
     });
     bool pinned = false, dart = false;
     if (odd_) {
         const double s = level_->features.vertex(v);
-        blocked |= s > 0 && s < kInfinitelySharp;
-        pinned = s >= kInfinitelySharp || n_cuts > 2;
+        blocked |= is_semi_sharp(s);
+        pinned = is_pinned(s, n_cuts);
         dart = n_cuts == 1;
     } else {
         const PointKind kind = level_->point_kinds[v];
         if (is_base_) {
             const BaseSharpness& s = level_->base_sharpness[v];
-            blocked |= !s.rays.empty() ||
-                       (s.vertex_sharpness > 0 && s.vertex_sharpness < kInfinitelySharp);
+            blocked |= !s.rays.empty() || is_semi_sharp(s.vertex_sharpness);
         }
         pinned = kind == PointKind::Pinned || kind == PointKind::Spike;
         dart = kind == PointKind::Dart;

@@ -6,6 +6,7 @@
 
 #include "far/mesh/topology_edits.h"
 #include "far/refine/refine_step.h"
+#include "far/refine/sharpness.h"
 
 namespace osdx::detail {
 namespace {
@@ -83,30 +84,18 @@ struct StepSharpness {
     std::vector<Junction> junctions_after;  ///< those of the level, after the step
 };
 
-bool is_semi_sharp(double s) {
-    return s > 0 && s < kInfinitelySharp;
+Meeting meeting_of(std::span<const double> rays) {
+    Meeting meeting;
+    for (const double s : rays)
+        meeting.add(s);
+    return meeting;
 }
 
-/// \param meeting  all semi-sharp creases that meet at this end, with this one
-double lowered(double s, std::span<const double> meeting, CreaseMethod method) {
-    if (s <= 0 || s >= kInfinitelySharp)
-        return s;
-    double sum = 0;
-    int n = 0;
-    for (const double m : meeting) {
-        sum += m;
-        n += m > 0;
-    }
-    if (method == CreaseMethod::Chaikin && n > 1)
-        s = 0.75 * s + 0.25 * (sum - s) / (n - 1);
-    return std::max(s - 1, 0.0);
-}
-
-Junction lowered(Junction j, CreaseMethod method) {
-    const std::vector<double> rays = j.rays;
+Junction next_junction(Junction j, CreaseMethod method) {
+    const Meeting meeting = meeting_of(j.rays);
     for (double& s : j.rays)
-        s = lowered(s, rays, method);
-    j.vertex_sharpness = lowered(j.vertex_sharpness, {}, method);
+        s = meeting.lowered(s, method);
+    j.vertex_sharpness = lowered(j.vertex_sharpness);
     return j;
 }
 
@@ -137,37 +126,24 @@ public:
             simple_centre(face, 1, f);
             return;
         }
-        Ends ends;
-        const int rule_before = rule(face, before, step_.before);
-        const int rule_after = rule(face, after, step_.after);
+        EndOfSharpness end;
+        const VertexRule rule_before = rule(face, before, step_.before);
+        const VertexRule rule_after = rule(face, after, step_.after);
         if (before) {
             for (std::size_t i = 0; i < before->rays.size(); ++i)
-                ends.note(before->rays[i], after->rays[i]);
-            ends.note(before->vertex_sharpness, after->vertex_sharpness);
+                end.note(before->rays[i], after->rays[i]);
+            end.note(before->vertex_sharpness, after->vertex_sharpness);
         } else {
             for_each_halfedge(
-                face, [&](Index h) { ends.note(step_.before[h], step_.after[h]); });
+                face, [&](Index h) { end.note(step_.before[h], step_.after[h]); });
         }
-        const double w = rule_before == rule_after ? 1 : ends.weight();
+        const double w = rule_before == rule_after ? 1 : end.weight_before();
         centre(face, rule_before, before, step_.before, w, f);
         if (w < 1)
             centre(face, rule_after, before, step_.after, 1 - w, f);
     }
 
 private:
-    /// What ends on this step, and how much of it was left.
-    struct Ends {
-        double sum = 0;
-        int n = 0;
-        void note(double before, double after) {
-            if (before > 0 && after <= 0) {
-                sum += before;
-                ++n;
-            }
-        }
-        double weight() const { return n == 0 ? 1 : std::min(1.0, sum / n); }
-    };
-
     template <class F>
     void for_each_halfedge(Index face, F&& f) const {
         const Topology& t = level_.topology;
@@ -185,28 +161,26 @@ private:
         return level_.point_kinds[level_.topology.vertex[h]];
     }
 
-    /// How many curves meet in the face; 3 where it is pinned.
-    int rule(Index face, const Junction* j, const std::vector<double>& sharpness) const {
-        int n = 0;
-        if (j) {
-            const Junction& now = *j;
-            n = now.n_sharp;
-            for (const double s : now.rays)
-                n += s > 0;
-            if (now.vertex_sharpness > 0)
-                n = 3;
-        } else {
+    /// Of the curves that meet in the face.
+    VertexRule rule(Index face, const Junction* j,
+                    const std::vector<double>& sharpness) const {
+        if (!j) {
+            std::size_t n = 0;
             for_each_halfedge(face, [&](Index h) { n += sharpness[h] > 0; });
+            return vertex_rule(0, n);
         }
-        return n > 2 ? 3 : n == 2 ? 2 : 0;
+        const auto n_rays =
+            std::ranges::count_if(j->rays, [](double s) { return s > 0; });
+        return vertex_rule(j->vertex_sharpness,
+                           static_cast<std::size_t>(j->n_sharp + n_rays));
     }
 
     template <class F>
-    void centre(Index face, int rule, const Junction* j,
+    void centre(Index face, VertexRule rule, const Junction* j,
                 const std::vector<double>& sharpness, double weight, F&& f) const {
-        if (rule == 3) {
+        if (rule == VertexRule::Corner) {
             f(j->point, weight);
-        } else if (rule == 2) {
+        } else if (rule == VertexRule::Crease) {
             // On the curve: both neighbours on it are border points, or in middles of edges.
             int n = 0;
             const auto add = [&](Index v) {
@@ -259,7 +233,7 @@ StepSharpness next_step(const RefinedLevel& level) {
     StepSharpness step;
     const CreaseMethod method = level.features.creases;
     for (const Junction& j : level.junctions)
-        step.junctions_after.push_back(lowered(j, method));
+        step.junctions_after.push_back(next_junction(j, method));
     if (level.rays.empty())
         return step;
     const Topology& t = level.topology;
@@ -277,13 +251,10 @@ StepSharpness next_step(const RefinedLevel& level) {
             local.push_back(step.before[h]);
         }
         const bool meets = !junction.empty() && junction[f] != kInvalidIndex;
-        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h) {
-            step.after[h] =
-                lowered(step.before[h],
-                        meets ? std::span<const double>(level.junctions[junction[f]].rays)
-                              : std::span<const double>(local),
-                        method);
-        }
+        const Meeting meeting =
+            meeting_of(meets ? level.junctions[junction[f]].rays : local);
+        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
+            step.after[h] = meeting.lowered(step.before[h], method);
     }
     return step;
 }
@@ -322,7 +293,9 @@ StencilTable corner_rows(const RefinedLevel& level, const FaceCentres& centres,
             }
             double sharp = 0;  // of the middle: on the crease that crosses the edge
             if (!step.before.empty() && step.before[e] > 0) {
-                sharp = step.after[e] > 0 ? 1 : std::min(1.0, step.before[e]);
+                EndOfSharpness end;
+                end.note(step.before[e], step.after[e]);
+                sharp = end.weight_before();
                 row.add(level.rays[level.edge_rays[t.edge[e]]].point, 0.25 * sharp);
             }
             if (sharp < 1) {
@@ -484,7 +457,8 @@ private:
             if (!is_semi_sharp(s))
                 continue;
             const BaseSharpness& at = parent_.base_sharpness[mesh_.vertex[h]];
-            if (!add_ray(4 * h, s, lowered(s, at.rays, parent_.features.creases)))
+            if (!add_ray(4 * h, s,
+                         meeting_of(at.rays).lowered(s, parent_.features.creases)))
                 continue;
             add_curve_row(h, true);
         }
@@ -528,7 +502,7 @@ private:
 
     /// With the sharpness before the step; the row of its point is that of `vertex`.
     void add_junction(Junction j, Index vertex) {
-        junctions_after_.push_back(lowered(j, parent_.features.creases));
+        junctions_after_.push_back(next_junction(j, parent_.features.creases));
         j.point = junctions_after_.back().point = add_loose_point(level_);
         rows_.add(vertex, 1.0);
         rows_.end_row();
@@ -653,7 +627,7 @@ RefinedLevel even_base(Topology base, const Features& features) {
     for (Index v = 0; v < base.n_vertices(); ++v) {
         at[v].vertex_sharpness = features.vertex(v);
         base.for_each_edge(v, [&](Index e, Index) {
-            sharp[e] = features.edge(e) >= kInfinitelySharp;
+            sharp[e] = is_infinitely_sharp(features.edge(e));
             at[v].n_sharp += sharp[e];
             if (is_semi_sharp(features.edge(e)))
                 at[v].rays.push_back(features.edge(e));
@@ -670,7 +644,7 @@ RefinedLevel even_base(Topology base, const Features& features) {
         const BaseSharpness& s = at[level.base_vertices[v]];
         const Index h = t.vertex_halfedge[v];
         const bool open = h != kInvalidIndex && t.is_border(h);
-        const bool pinned = s.vertex_sharpness >= kInfinitelySharp || s.n_sharp > 2;
+        const bool pinned = is_pinned(s.vertex_sharpness, s.n_sharp);
         level.point_kinds.push_back(pinned ? (open ? PointKind::Pinned : PointKind::Spike)
                                     : !open          ? PointKind::Inner
                                     : s.n_sharp == 1 ? PointKind::Dart

@@ -6,6 +6,7 @@
 
 #include "far/mesh/topology_edits.h"
 #include "far/refine/refine_step.h"
+#include "far/refine/sharpness.h"
 #include "far/refine/stencil_rows.h"
 
 namespace osdx::detail {
@@ -16,13 +17,11 @@ Features child_features(const Topology& t, const Features& f) {
     Features child;
     child.boundary = f.boundary;
     child.creases = f.creases;
-    const auto lower = [](double s) {
-        return s >= kInfinitelySharp ? s : std::max(s - 1, 0.0);
-    };
     if (!f.vertex_sharpness.empty()) {
         child.vertex_sharpness.assign(t.n_vertices() + t.n_edges + t.n_faces(), 0.0);
-        for_each_index(t.n_vertices(),
-                       [&](Index v) { child.vertex_sharpness[v] = lower(f.vertex(v)); });
+        for_each_index(t.n_vertices(), [&](Index v) {
+            child.vertex_sharpness[v] = lowered(f.vertex(v));
+        });
     }
     if (!f.hole.empty()) {
         for (Index h = 0; h < t.n_halfedges(); ++h)
@@ -35,7 +34,7 @@ Features child_features(const Topology& t, const Features& f) {
     if (f.creases == CreaseMethod::Uniform) {
         for_each_index(t.n_edges, [&](Index e) {
             child.edge_sharpness[2 * e] = child.edge_sharpness[2 * e + 1] =
-                lower(f.edge(e));
+                lowered(f.edge(e));
         });
         return child;
     }
@@ -43,19 +42,11 @@ Features child_features(const Topology& t, const Features& f) {
     for (Index h = t.n_halfedges(); h-- > 0;)
         first_vertex[t.edge[h]] = t.vertex[h];
     for_each_index(t.n_vertices(), [&](Index v) {
-        double sum = 0;
-        int n_semi_sharp = 0;
+        Meeting meeting;
+        t.for_each_edge(v, [&](Index e, Index) { meeting.add(f.edge(e)); });
         t.for_each_edge(v, [&](Index e, Index) {
-            if (f.edge(e) > 0 && f.edge(e) < kInfinitelySharp) {
-                sum += f.edge(e);
-                ++n_semi_sharp;
-            }
-        });
-        t.for_each_edge(v, [&](Index e, Index) {
-            double s = f.edge(e);
-            if (s > 0 && s < kInfinitelySharp && n_semi_sharp > 1)
-                s = 0.75 * s + 0.25 * (sum - s) / (n_semi_sharp - 1);
-            child.edge_sharpness[2 * e + (v == first_vertex[e] ? 0 : 1)] = lower(s);
+            child.edge_sharpness[2 * e + (v == first_vertex[e] ? 0 : 1)] =
+                meeting.lowered(f.edge(e), f.creases);
         });
     });
     return child;

@@ -3,9 +3,6 @@
 
 #pragma once
 
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <span>
 #include <utility>
@@ -52,32 +49,6 @@ RefinedLevel even_base(Topology base, const Features& features);
 
 /// Odd degrees: takes the flags `sharp` from vertices where nothing is.
 void keep_sharp(RefinedLevel& level);
-
-/// Odd degrees: what a vertex is to the creases through it.
-enum class VertexRule : std::uint8_t { Smooth, Crease, Corner };
-
-inline VertexRule vertex_rule(double vertex_sharpness, std::size_t n_sharp_edges) {
-    if (vertex_sharpness > 0 || n_sharp_edges > 2)
-        return VertexRule::Corner;
-    return n_sharp_edges == 2 ? VertexRule::Crease : VertexRule::Smooth;
-}
-
-/// What ends at a vertex on a step, of its own sharpness and that of its edges.
-class EndOfSharpness {
-public:
-    void note(double before, double after) {
-        if (before > 0 && after <= 0) {
-            ++n_;
-            sum_ += before;
-        }
-    }
-    /// Of the rule before the step in the mixture with the one after it.
-    double weight_before() const { return n_ == 0 ? 1 : std::min(1.0, sum_ / n_); }
-
-private:
-    int n_ = 0;
-    double sum_ = 0;
-};
 
 /// Odd degrees, the smoothing of a vertex of n quads: of itself, of each neighbour along an
 /// edge and of each across a quad.

@@ -40,7 +40,7 @@ bool is_hole(const Features& features, Index face) {
 std::vector<bool> faces_at_creases(const Topology& base, const Features& features) {
     std::vector<bool> faces(base.n_faces(), false);
     for (Index h = 0; h < base.n_halfedges(); ++h) {
-        if (base.is_border(h) || features.edge(base.edge[h]) < kInfinitelySharp)
+        if (base.is_border(h) || !is_infinitely_sharp(features.edge(base.edge[h])))
             continue;
         base.for_each_outgoing(base.vertex[h],
                                [&](Index out) { faces[base.face(out)] = true; });

@@ -15,7 +15,6 @@
 namespace osdx {
 
 bool DualRefinement::takes(const Features& f) {
-    const auto is_semi_sharp = [](double s) { return s > 0 && s < kInfinitelySharp; };
     return std::ranges::none_of(f.edge_sharpness, is_semi_sharp) &&
            std::ranges::none_of(f.vertex_sharpness, is_semi_sharp);
 }
