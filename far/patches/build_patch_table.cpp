@@ -618,7 +618,7 @@ private:
                                           : place[p];
         };
         // Base vertices are in place, as long as the base is not cut.
-        const bool in_place = refinement_.level(0).base_vertices.empty();
+        const bool in_place = refinement_.base_vertices().empty();
         for (const Index patch : mirrored_patches_) {
             if (!in_place || patch >= first_patch_[1])
                 break;

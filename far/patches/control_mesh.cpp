@@ -7,7 +7,6 @@
 #include <atomic>
 
 #include "far/parallel.h"
-#include "far/refine/refine_step.h"
 #include "far/refine/sharpness.h"
 
 namespace osdx::detail {
@@ -43,7 +42,7 @@ ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
     has_cuts_ = kInvalidIndex !=
                 (odd_ ? first_index(level.sharp.size(), at_cut)
                       : first_index(t.n_halfedges(), [&](Index h) { return is_cut(h); }));
-    all_quads_ = level.face_kinds.empty() && (t.quads_only || has_only_quads(t));
+    all_quads_ = !level.has_face_kinds() && (t.quads_only || has_only_quads(t));
     const std::vector<std::uint8_t> special = special_vertices();
     std::vector<Fans> chunks(n_chunks(t.n_vertices(), kSmallChunk));
     for_each_chunk(t.n_vertices(), kSmallChunk,
@@ -93,9 +92,9 @@ std::vector<std::uint8_t> ControlMesh::special_vertices() const {
         if (has_cuts_)
             mark_edges([&](Index h) { return is_cut(h); });
         mark_vertices([&](Index v) {
-            return level.point_kinds[v] != PointKind::Inner ||
-                   (is_base_ && (!level.base_sharpness[v].rays.empty() ||
-                                 level.base_sharpness[v].vertex_sharpness > 0));
+            return level.even->point_kinds[v] != PointKind::Inner ||
+                   (is_base_ && (!level.even->base_sharpness[v].rays.empty() ||
+                                 level.even->base_sharpness[v].vertex_sharpness > 0));
         });
     }
     if (!level.known.empty()) {
@@ -111,11 +110,13 @@ std::vector<std::uint8_t> ControlMesh::special_vertices() const {
         for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
             special[t.vertex[h]] = kUnknown;
     };
-    for (Index h = 0; h < t.n_halfedges() && !level.rays.empty(); ++h) {
-        if (level.edge_rays[t.edge[h]] != kInvalidIndex)
+    if (odd_)
+        return special;
+    for (Index h = 0; h < t.n_halfedges() && !level.even->rays.empty(); ++h) {
+        if (level.even->edge_rays[t.edge[h]] != kInvalidIndex)
             skip_face(t.face(h));
     }
-    for (const Junction& j : level.junctions) {
+    for (const Junction& j : level.even->junctions) {
         if (!is_infinitely_sharp(j.vertex_sharpness))
             skip_face(j.face);
     }
@@ -131,8 +132,8 @@ bool ControlMesh::is_cut(Index h) const noexcept {
 bool ControlMesh::is_quad(Index face) const noexcept {
     if (topology().face_size(face) != 4)
         return false;
-    return level_->face_kinds.empty() || (level_->face_kinds[face] != FaceKind::Dart &&
-                                          level_->face_kinds[face] != FaceKind::Spike);
+    const FaceKind kind = level_->face_kind(face);
+    return kind != FaceKind::Dart && kind != FaceKind::Spike;
 }
 
 void ControlMesh::sort_fans(Index v, Fans& out) {
@@ -170,9 +171,9 @@ void ControlMesh::sort_special_fans(Index v, std::uint8_t special, Fans& out) {
         pinned = is_pinned(s, n_cuts);
         dart = n_cuts == 1;
     } else {
-        const PointKind kind = level_->point_kinds[v];
+        const PointKind kind = level_->even->point_kinds[v];
         if (is_base_) {
-            const BaseSharpness& s = level_->base_sharpness[v];
+            const BaseSharpness& s = level_->even->base_sharpness[v];
             blocked |= !s.rays.empty() || is_semi_sharp(s.vertex_sharpness);
         }
         pinned = kind == PointKind::Pinned || kind == PointKind::Spike;
@@ -220,7 +221,8 @@ Flags ControlMesh::incomplete_vertices() const {
                                      : vertices_beside_unknown(topology(), level_->known);
     Flags points(topology().n_vertices());
     for_each_index(points.size(), [&](Index v) {
-        points[v] = level_->is_known(v) && level_->point_kinds[v] == PointKind::Inner;
+        points[v] =
+            level_->is_known(v) && level_->even->point_kinds[v] == PointKind::Inner;
     });
     return vertices_beside_unknown(topology(), points);
 }

@@ -1,13 +1,16 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
+#include "far/refine/odd.h"
+
 #include <algorithm>
 #include <span>
 
 #include "far/mesh/topology_edits.h"
-#include "far/refine/refine_step.h"
+#include "far/parallel.h"
+#include "far/refine/level_rows.h"
 #include "far/refine/sharpness.h"
-#include "far/refine/stencil_rows.h"
+#include "far/refine/smoothing.h"
 
 namespace osdx::detail {
 namespace {
@@ -243,7 +246,7 @@ private:
         }
     }
 
-    /// The point of an edge between faces F0 and F1: f (F0 + F1) + (1/2 - f) (V0 + V1).
+    /// See half_face_weight().
     template <class Add>
     void add_edge_point(Index v, double w, Add&& add) const {
         const Index first_face = mesh_.n_vertices() + mesh_.n_edges;
@@ -252,7 +255,7 @@ private:
             if (to >= first_face) {
                 const bool triangle =
                     features_.smooth_triangles && mesh_.face_size(to - first_face) == 3;
-                f += 0.5 * (triangle ? kSmoothTriangle : 0.25);
+                f += half_face_weight(triangle);
             }
         });
         quads_.for_each_edge(

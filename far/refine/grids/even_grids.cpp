@@ -9,8 +9,8 @@
 
 #include <osdx/buffer.h>
 
+#include "far/refine/even.h"
 #include "far/refine/grids/point_rows.h"
-#include "far/refine/refine_step.h"
 
 namespace osdx {
 
@@ -32,8 +32,8 @@ DualRefinement::DualRefinement(Topology base, int degree, int n_levels,
     const Features with = with_border(base, features);
     RefinedLevel cut = detail::even_base(std::move(base), with);
     base_ = std::move(cut.topology);
-    base_vertices_ = std::move(cut.base_vertices);
-    kinds_ = std::move(cut.point_kinds);
+    base_vertices_ = std::move(cut.even->base_vertices);
+    kinds_ = std::move(cut.even->point_kinds);
 
     border_number_.assign(base_.n_halfedges(), kInvalidIndex);
     for (Index h = 0; h < base_.n_halfedges(); ++h) {

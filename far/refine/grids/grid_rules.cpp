@@ -7,8 +7,8 @@
 #include <tuple>
 #include <utility>
 
-#include "far/refine/refine_step.h"
 #include "far/refine/sharpness.h"
+#include "far/refine/smoothing.h"
 
 namespace osdx::detail {
 namespace {
@@ -197,7 +197,7 @@ GridRules GridSharpness::step(const QuadGrids& coarse) {
         rules.face_weights.assign(t.n_edges, 0.0);
         for (Index h = 0; h < t.n_halfedges(); ++h) {
             rules.face_weights[t.edge[h]] +=
-                0.5 * (t.face_size(t.face(h)) == 3 ? kSmoothTriangle : 0.25);
+                half_face_weight(t.face_size(t.face(h)) == 3);
         }
         smooth_triangles_ = false;
     }
