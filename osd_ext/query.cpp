@@ -71,13 +71,9 @@ int advance(QuarterPoint& q, const Vec2<double>& step) {
     return side;
 }
 
-bool is_hole(const Features& features, Index face) {
-    return !features.hole.empty() && features.hole[face];
-}
-
 }  // namespace
 
-ClosestPoint closest_point(const Topology& base, const Features& features,
+ClosestPoint closest_point(const Topology& base, const ResolvedFeatures& features,
                            const SurfaceFunction& surface, const Vec3<double>& target,
                            const QuarterPoint& start, double tolerance,
                            AtCrease at_crease) {
@@ -90,7 +86,7 @@ ClosestPoint closest_point(const Topology& base, const Features& features,
         const Index h = halfedge_of_side(base, quarter, side);
         if (h == kInvalidIndex)
             return false;
-        return base.is_border(h) || is_hole(features, base.face(base.twin[h])) ||
+        return base.is_border(h) || features.is_hole(base.face(base.twin[h])) ||
                (at_crease == AtCrease::Stop && is_sharp(quarter, side));
     };
     ClosestPoint best;

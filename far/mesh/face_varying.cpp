@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <osdx/face_varying.h>
+#include <osdx/resolved_features.h>
 
 namespace osdx {
 namespace {
@@ -41,7 +42,7 @@ class Builder {
 public:
     Builder(const Topology& mesh, const Features& features,
             std::span<const Index> corner_values, FaceVaryingRule rule)
-        : mesh_(mesh), features_(with_border(mesh, features)), value_(corner_values) {
+        : mesh_(mesh), features_(resolve(mesh, features)), value_(corner_values) {
         out_.rule = rule;
     }
 
@@ -266,7 +267,7 @@ private:
     }
 
     const Topology& mesh_;
-    Features features_;
+    ResolvedFeatures features_;
     std::span<const Index> value_;
     FaceVarying out_;
 };

@@ -77,18 +77,16 @@ private:
         // Odd degrees: as they are in the refinement, from which they come in the end.
         if (degree % 2 == 0) {
             table.base_ = base;
-            table.features_ = with_border(base, features);
+            table.features_ = resolve(base, features);
         }
         return table;
     }
 
-    /// Of the base mesh, with_border().
-    const Features& features() const {
+    /// Of the base mesh.
+    const ResolvedFeatures& features() const {
         return odd() ? refinement_.level(0).features : table_.features_;
     }
-    bool has_surface(Index face) const {
-        return features().hole.empty() || !features().hole[face];
-    }
+    bool has_surface(Index face) const { return !features().is_hole(face); }
     const Topology& topology() const { return refinement_.topology(level_); }
     bool odd() const { return options_.degree % 2 == 1; }
     PatchLevel patch_level() const {

@@ -289,7 +289,7 @@ private:
 
 class GregoryFace {
 public:
-    GregoryFace(const Topology& topology, const Features& features, Index face,
+    GregoryFace(const Topology& topology, const ResolvedFeatures& features, Index face,
                 const GregoryOptions& options)
         : t_(topology),
           features_(features),
@@ -492,7 +492,7 @@ private:
     }
 
     const Topology& t_;
-    const Features& features_;
+    const ResolvedFeatures& features_;
     const GregoryOptions& options_;
     Index first_;
     int n_;
@@ -501,7 +501,7 @@ private:
 
 }  // namespace
 
-StencilTable gregory_points(const Topology& topology, const Features& features,
+StencilTable gregory_points(const Topology& topology, const ResolvedFeatures& features,
                             Index face, const GregoryOptions& options) {
     return GregoryFace(topology, features, face, options).points();
 }

@@ -449,7 +449,7 @@ private:
 
 }  // namespace
 
-RefinedLevel even_base(Topology base, const Features& features) {
+RefinedLevel even_base(Topology base, const ResolvedFeatures& features) {
     std::vector<bool> sharp(base.n_edges);
     std::vector<BaseSharpness> at(base.n_vertices());
     for (Index v = 0; v < base.n_vertices(); ++v) {

@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include <osdx/features.h>
+#include <osdx/resolved_features.h>
 #include <osdx/topology.h>
 
 #include "far/refine/level.h"
@@ -14,8 +14,7 @@
 namespace osdx::detail {
 
 /// Level 0.
-/// \param features  with_border()
-RefinedLevel even_base(Topology base, const Features& features);
+RefinedLevel even_base(Topology base, const ResolvedFeatures& features);
 
 /// Refines a level, or a part of it.
 /// \param part  null: all

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include <osdx/buffer.h>
-#include <osdx/features.h>
+#include <osdx/resolved_features.h>
 #include <osdx/topology.h>
 #include <osdx/types.h>
 
@@ -85,7 +85,7 @@ class LevelRows;
 struct RefinedLevel {
     Topology topology;
     /// Odd degrees and level 0: what is left of the sharpness; the border is infinitely sharp.
-    Features features;
+    ResolvedFeatures features;
     /// What its points are made of, from level 1 on; see Refinement::factors().
     std::shared_ptr<const detail::LevelRows> rows;
     /// By halfedge of the level above: the face (odd degrees) or vertex (even degrees) that

@@ -16,8 +16,8 @@ namespace osdx::detail {
 namespace {
 
 /// The sharpness of the edges and vertices of split(t) after one step.
-Features child_features(const Topology& t, const Features& f) {
-    Features child;
+ResolvedFeatures child_features(const Topology& t, const ResolvedFeatures& f) {
+    ResolvedFeatures child;
     child.boundary = f.boundary;
     child.creases = f.creases;
     if (!f.vertex_sharpness.empty()) {
@@ -280,9 +280,9 @@ private:
     }
 
     const Topology& mesh_;
-    const Features& features_;
+    const ResolvedFeatures& features_;
     const Topology& quads_;
-    const Features& child_;
+    const ResolvedFeatures& child_;
     Flags sharp_;
 };
 
@@ -398,7 +398,7 @@ void refine_odd(const RefinedLevel& parent, std::shared_ptr<const RefinedPart> p
 
 void keep_sharp(RefinedLevel& level) {
     const Topology& t = level.topology;
-    const Features& f = level.features;
+    const ResolvedFeatures& f = level.features;
     for_each_index(level.sharp.size(), [&](Index v) {
         if (!level.sharp[v])
             return;

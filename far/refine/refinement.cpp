@@ -47,14 +47,14 @@ Refinement::Refinement(Topology base, int degree, Features features)
     const std::vector<Index> borders = border_halfedges(base);
     const bool has_sharp =
         !features.edge_sharpness.empty() || !features.vertex_sharpness.empty();
-    features = with_border(base, std::move(features), borders);
+    ResolvedFeatures resolved = resolve(base, std::move(features), borders);
     if (degree % 2 == 0) {
-        levels_.push_back(detail::even_base(std::move(base), features));
+        levels_.push_back(detail::even_base(std::move(base), resolved));
         return;
     }
     RefinedLevel level;
     level.topology = std::move(base);
-    level.features = std::move(features);
+    level.features = std::move(resolved);
     if (has_sharp || !borders.empty())
         level.sharp.resize(level.topology.n_vertices(), has_sharp);
     for (const Index h : borders)

@@ -430,8 +430,8 @@ public:
     Status prepare() {
         const Topology& base = *input_.base;
         constexpr int coarse_rate = 4;
-        const Features none;
-        const Features& features = input_.features ? *input_.features : none;
+        const ResolvedFeatures none;
+        const ResolvedFeatures& features = input_.features ? *input_.features : none;
         Tessellation coarse = tessellate(base, features, coarse_rate, input_.surface);
         if (coarse.positions.empty())
             return fail(ErrorCode::EmptyMesh, "the surface has no faces");

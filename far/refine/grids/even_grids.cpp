@@ -29,7 +29,7 @@ DualRefinement::DualRefinement(Topology base, int degree, int n_levels,
     assert(degree % 2 == 0 && degree >= kMinDegree && degree <= kMaxDegree);
     assert(n_levels >= 1 && takes(features));
     size_ = Index(1) << (n_levels - 1);
-    const Features with = with_border(base, features);
+    const ResolvedFeatures with = resolve(base, features);
     RefinedLevel cut = detail::even_base(std::move(base), with);
     base_ = std::move(cut.topology);
     base_vertices_ = std::move(cut.even->base_vertices);

@@ -76,7 +76,7 @@ GridRules rules_after_split(const GridRules& rules, const Topology& mesh) {
     return result;
 }
 
-GridSharpness::GridSharpness(const Topology& mesh, const Features& f)
+GridSharpness::GridSharpness(const Topology& mesh, const ResolvedFeatures& f)
     : method_(f.creases), smooth_triangles_(f.smooth_triangles) {
     for (Index h = 0; h < mesh.n_halfedges() && !f.edge_sharpness.empty(); ++h) {
         if (h < mesh.twin[h] && f.edge(mesh.edge[h]) > 0)
@@ -223,7 +223,7 @@ void GridSharpness::split_edges(const Topology& mesh, const Topology& split) {
     edges_ = std::move(halves);
 }
 
-void GridSharpness::write(const QuadGrids& g, Features& f) const {
+void GridSharpness::write(const QuadGrids& g, ResolvedFeatures& f) const {
     f.smooth_triangles = smooth_triangles_;
     f.edge_sharpness.clear();
     f.vertex_sharpness.clear();

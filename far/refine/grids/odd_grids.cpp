@@ -30,7 +30,7 @@ UniformRefinement::UniformRefinement(Topology base, int degree, int n_levels,
     : degree_(degree),
       n_levels_(n_levels),
       roots_(std::move(base)),
-      features_(with_border(roots_, features)),
+      features_(resolve(roots_, features)),
       sharpness_(roots_, features_) {
     assert(degree % 2 == 1 && degree >= kMinDegree && degree <= kMaxDegree);
     for (int l = 0; l < n_levels; ++l) {
@@ -54,8 +54,8 @@ UniformRefinement::UniformRefinement(Topology base, int degree, int n_levels,
     features_.vertex_sharpness.clear();
 }
 
-Features UniformRefinement::features() const {
-    Features f = features_;
+ResolvedFeatures UniformRefinement::features() const {
+    ResolvedFeatures f = features_;
     sharpness_.write(grids(), f);
     if (!f.hole.empty()) {
         f.hole.clear();

@@ -9,6 +9,7 @@
 
 #include <osdx/address.h>
 #include <osdx/features.h>
+#include <osdx/resolved_features.h>
 #include <osdx/topology.h>
 #include <osdx/types.h>
 
@@ -42,7 +43,7 @@ public:
     QuadGrids grids() const noexcept { return {roots_, size_}; }
 
     /// The features of the last level by those numbers; the border is infinitely sharp.
-    Features features() const;
+    ResolvedFeatures features() const;
 
     /// Point (x size, y size) of a root on the base mesh; 0 <= x, y <= 1.
     /// \pre n_levels() > 0 or the base mesh is of quads
@@ -69,7 +70,7 @@ private:
     Index size_ = 1;
     std::vector<detail::GridRules> rules_;  ///< of each step
     detail::GridRules rules_after_polygons_;
-    Features features_;                ///< without sharpness; holes by root
+    ResolvedFeatures features_;        ///< without sharpness; holes by root
     detail::GridSharpness sharpness_;  ///< of the last level
 };
 
