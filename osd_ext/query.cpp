@@ -71,26 +71,22 @@ int advance(QuarterPoint& q, const Vec2<double>& step) {
     return side;
 }
 
-bool is_hole(const Features& features, Index face) {
-    return !features.hole.empty() && features.hole[face];
-}
-
 }  // namespace
 
-ClosestPoint closest_point(const Topology& base, const Features& features,
+ClosestPoint closest_point(const Topology& base, const ResolvedFeatures& features,
                            const SurfaceFunction& surface, const Vec3<double>& target,
                            const QuarterPoint& start, double tolerance,
                            AtCrease at_crease) {
     constexpr int kMaxSteps = 40;  // a few Newton steps and as many crossings
     const auto is_sharp = [&](Index quarter, int side) {
         const Index h = halfedge_of_side(base, quarter, side);
-        return h != kInvalidIndex && features.edge(base.edge[h]) >= kInfinitelySharp;
+        return h != kInvalidIndex && is_infinitely_sharp(features.edge(base.edge[h]));
     };
     const auto is_wall = [&](Index quarter, int side) {
         const Index h = halfedge_of_side(base, quarter, side);
         if (h == kInvalidIndex)
             return false;
-        return base.is_border(h) || is_hole(features, base.face(base.twin[h])) ||
+        return base.is_border(h) || features.is_hole(base.face(base.twin[h])) ||
                (at_crease == AtCrease::Stop && is_sharp(quarter, side));
     };
     ClosestPoint best;

@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include <osdx/address.h>
-#include <osdx/features.h>
+#include <osdx/resolved_features.h>
 #include <osdx/surface_jet.h>
 #include <osdx/tessellation.h>
 #include <osdx/topology.h>
@@ -30,10 +30,10 @@ enum class AtCrease : std::uint8_t {
 /// Walks on the surface from `start` to a local minimum of the distance to `target`:
 /// Newton's method within the quarters of the base faces, crossing from one into the next,
 /// and along the edges where the walk stops.
-/// \param features  of base, by with_border()
+/// \param features  of base
 /// \param tolerance  length of the last step, in units of the mesh
 /// \pre start is not in a hole
-ClosestPoint closest_point(const Topology& base, const Features& features,
+ClosestPoint closest_point(const Topology& base, const ResolvedFeatures& features,
                            const SurfaceFunction& surface, const Vec3<double>& target,
                            const QuarterPoint& start, double tolerance,
                            AtCrease at_crease = AtCrease::Cross);

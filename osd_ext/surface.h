@@ -13,6 +13,7 @@
 #include <osdx/evaluator.h>
 #include <osdx/features.h>
 #include <osdx/mesh_data.h>
+#include <osdx/resolved_features.h>
 #include <osdx/tessellation.h>
 #include <osdx/topology.h>
 
@@ -35,7 +36,7 @@ public:
 
     const Topology& base() const noexcept { return table_->base(); }
     /// Borders, creases, corners and holes; see PatchTable::features().
-    const Features& features() const noexcept { return table_->features(); }
+    const ResolvedFeatures& features() const noexcept { return table_->features(); }
     const PatchTable& patches() const noexcept { return *table_; }
     const Evaluator& evaluator() const noexcept { return *evaluator_; }
     /// The points of patches(): control points of all patches and what they are made from;

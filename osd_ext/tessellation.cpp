@@ -139,7 +139,7 @@ private:
 
 class Tessellator {
 public:
-    Tessellator(const Topology& base, const Features& features, int rate)
+    Tessellator(const Topology& base, const ResolvedFeatures& features, int rate)
         : base_(base), features_(features), rate_(rate) {
         number_vertices();
         number_edges();
@@ -209,10 +209,8 @@ private:
         });
     }
 
-    bool is_hole(Index face) const {
-        return !features_.hole.empty() && features_.hole[face];
-    }
-    bool is_sharp(Index edge) const { return features_.edge(edge) >= kInfinitelySharp; }
+    bool is_hole(Index face) const { return features_.is_hole(face); }
+    bool is_sharp(Index edge) const { return is_infinitely_sharp(features_.edge(edge)); }
     const Pattern& pattern_of(Index face) const {
         return *patterns_[base_.face_size(face)];
     }
@@ -398,7 +396,7 @@ private:
     }
 
     const Topology& base_;
-    const Features& features_;
+    const ResolvedFeatures& features_;
     int rate_;
     Tessellation out_;
     std::vector<std::unique_ptr<const Pattern>> patterns_;  // by the number of corners
@@ -421,7 +419,7 @@ private:
 
 }  // namespace
 
-Tessellation tessellate(const Topology& base, const Features& features, int rate,
+Tessellation tessellate(const Topology& base, const ResolvedFeatures& features, int rate,
                         const SurfaceFunction& surface) {
     assert(rate >= 1);
     return Tessellator(base, features, rate).build(surface);

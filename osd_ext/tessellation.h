@@ -11,7 +11,7 @@
 #include <osdx/address.h>
 #include <osdx/buffer.h>
 #include <osdx/evaluator.h>
-#include <osdx/features.h>
+#include <osdx/resolved_features.h>
 #include <osdx/surface_jet.h>
 #include <osdx/topology.h>
 #include <osdx/types.h>
@@ -61,7 +61,7 @@ using SurfaceFunction = std::function<SurfaceJet<double>(const QuarterPoint&)>;
 /// Threads: goes wide; the result does not depend on their number. O(result).
 /// \param features  sharp edges and holes of the base, as PatchTable::features() has them
 /// \pre rate >= 1
-Tessellation tessellate(const Topology& base, const Features& features, int rate,
+Tessellation tessellate(const Topology& base, const ResolvedFeatures& features, int rate,
                         const SurfaceFunction& surface);
 
 /// The same of the surface of a patch table, by GridEvaluator.

@@ -97,7 +97,7 @@ TextureJet TextureSurface::interpolate(const QuarterPoint& where) const noexcept
 
 void TextureSurface::add_to(Tessellation& t, int rate) const {
     // The same facets over the other topology: what is shared there is shared here.
-    Features holes;
+    ResolvedFeatures holes;
     holes.hole = channel_->features.hole;
     Tessellation own =
         tessellate(channel_->topology, holes, rate, [this](const QuarterPoint& q) {

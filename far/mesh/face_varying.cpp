@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <osdx/face_varying.h>
+#include <osdx/resolved_features.h>
 
 namespace osdx {
 namespace {
@@ -21,10 +22,6 @@ struct Span {
     std::vector<double> semi_sharp;  // edges between two of its faces
     double seam_sharpness = 0;       // greatest of the semi-sharp edges at the ends
 };
-
-bool is_semi_sharp(double s) {
-    return s > 0 && s < kInfinitelySharp;
-}
 
 /// The sharpness of a corner that lasts as long as those edges of a crease do, and ends with
 /// the mean of what is left of the last of them.
@@ -45,7 +42,7 @@ class Builder {
 public:
     Builder(const Topology& mesh, const Features& features,
             std::span<const Index> corner_values, FaceVaryingRule rule)
-        : mesh_(mesh), features_(with_border(mesh, features)), value_(corner_values) {
+        : mesh_(mesh), features_(resolve(mesh, features)), value_(corner_values) {
         out_.rule = rule;
     }
 
@@ -169,7 +166,7 @@ private:
                 if (h == first)
                     return;
                 const double s = features_.edge(mesh_.edge[h]);
-                span.has_infinite_edge = span.has_infinite_edge || s >= kInfinitelySharp;
+                span.has_infinite_edge = span.has_infinite_edge || is_infinitely_sharp(s);
                 if (is_semi_sharp(s))
                     span.semi_sharp.push_back(s);
             });
@@ -270,7 +267,7 @@ private:
     }
 
     const Topology& mesh_;
-    Features features_;
+    ResolvedFeatures features_;
     std::span<const Index> value_;
     FaceVarying out_;
 };

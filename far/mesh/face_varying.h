@@ -62,7 +62,7 @@ Result<FaceVaryingRule> face_varying_rule(const MeshData& data,
 
 /// Corners at a vertex are one vertex of the result when they are joined by edges over which
 /// both ends agree in their values; all other edges are seams. O(mesh).
-/// \param features  of the mesh, with or without with_border()
+/// \param features  of the mesh, resolved or not
 /// \param corner_values  n_halfedges; equal numbers are equal values
 /// \return SizeMismatch; UnsupportedTag (with the vertex) where Chaikin's rule for creases
 ///         joins both sides of a seam, which sharpness on one side cannot express

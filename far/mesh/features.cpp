@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <osdx/features.h>
+#include <osdx/resolved_features.h>
 
 namespace osdx {
 namespace {
@@ -190,35 +191,6 @@ Result<Features> build_features(const MeshData& data, const Topology& topology,
     return features;
 }
 
-Features with_border(const Topology& t, Features f) {
-    return with_border(t, std::move(f), border_halfedges(t));
-}
-
-Features with_border(const Topology& t, Features f, std::span<const Index> borders) {
-    if (borders.empty())
-        return f;
-    f.edge_sharpness.resize(t.n_edges);
-    for (const Index h : borders) {
-        double& sharpness = f.edge_sharpness[t.edge[h]];
-        const bool is_sharpened = sharpness >= kInfinitelySharp;
-        sharpness = kInfinitelySharp;
-        const Index v = t.vertex[h];
-        if (f.boundary == BoundaryRule::EdgeAndCorner && t.valence(v) == 1) {
-            f.vertex_sharpness.resize(t.n_vertices());
-            f.vertex_sharpness[v] = kInfinitelySharp;
-        }
-        if (f.boundary == BoundaryRule::None && !is_sharpened) {
-            f.hole.resize(t.n_faces());
-            const auto add_holes = [&](Index at) {
-                t.for_each_outgoing(at, [&](Index out) { f.hole[t.face(out)] = true; });
-            };
-            add_holes(v);
-            add_holes(t.to_vertex(h));
-        }
-    }
-    return f;
-}
-
 std::vector<Tag> to_tags(const Topology& t, const Features& f) {
     std::vector<Tag> tags;
     const auto add = [&](std::string name) -> Tag& {
@@ -273,8 +245,8 @@ bool is_flat(const Topology& t, const Features& f, Index v) {
     int n_sharp = 0;
     bool has_surface = false;
     t.for_each_outgoing(v, [&](Index h) {
-        n_sharp += f.edge(t.edge[h]) >= kInfinitelySharp;
-        has_surface |= f.hole.empty() || !f.hole[t.face(h)];
+        n_sharp += is_infinitely_sharp(f.edge(t.edge[h]));
+        has_surface |= !f.is_hole(t.face(h));
     });
     return n_sharp < 2 && has_surface;
 }
@@ -307,7 +279,7 @@ Status check_surface(const MeshData& data, const Topology& t, const Features& fe
                      int degree) {
     Index v = next_fold(t);
     if (v != kInvalidIndex) {
-        const Features f = with_border(t, features);
+        const ResolvedFeatures f = resolve(t, features);
         for (; v != kInvalidIndex; v = next_fold(t, v + 1)) {
             if (is_flat(t, f, v))
                 return refuse_valence_two(data, v);

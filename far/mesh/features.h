@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include <osdx/mesh_data.h>
@@ -33,6 +32,13 @@ enum class CreaseMethod : std::uint8_t {
 
 /// A sharpness from here on never goes down (OpenSubdiv's limit).
 constexpr double kInfinitelySharp = 10;
+constexpr bool is_infinitely_sharp(double s) noexcept {
+    return s >= kInfinitelySharp;
+}
+/// Sharp for some levels.
+constexpr bool is_semi_sharp(double s) noexcept {
+    return s > 0 && s < kInfinitelySharp;
+}
 
 /// Where the surface is not smooth, and where it is not.
 ///
@@ -58,6 +64,7 @@ struct Features {
     double vertex(Index v) const noexcept {
         return vertex_sharpness.empty() ? 0.0 : vertex_sharpness[v];
     }
+    bool is_hole(Index face) const noexcept { return !hole.empty() && hole[face]; }
 };
 
 struct FeatureOptions {
@@ -73,13 +80,6 @@ struct FeatureOptions {
 ///         change the surface in another way; with the number of the tag and its line
 Result<Features> build_features(const MeshData& data, const Topology& topology,
                                 const FeatureOptions& options = {});
-
-/// The features of an open mesh with its border as what it is for the refinement: edges and
-/// corners that are infinitely sharp, and holes for BoundaryRule::None.
-Features with_border(const Topology& topology, Features features);
-/// \param borders  border_halfedges() of the topology
-Features with_border(const Topology& topology, Features features,
-                     std::span<const Index> borders);
 
 /// The tags from which build_features() makes these features again.
 std::vector<Tag> to_tags(const Topology& topology, const Features& features);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cstring>
 #include <map>
@@ -16,6 +17,7 @@
 #include "far/mesh/topology_edits.h"
 #include "far/parallel.h"
 #include "far/patches/control_mesh.h"
+#include "far/patches/isolation_bound.h"
 #include "far/patches/patch_nets.h"
 #include "far/refine/refinement.h"
 #include "far/refine/stencil_rows.h"
@@ -36,8 +38,10 @@ using detail::Regularity;
 /// vertices and faces.
 class PatchTableBuilder {
 public:
-    PatchTableBuilder(Topology base, Features features, const PatchTableOptions& options)
+    PatchTableBuilder(Topology base, Features features, const PatchTableOptions& options,
+                      const detail::IsolationBound& bound)
         : options_(options),
+          bound_(bound),
           table_(begin_table(base, features, options.degree)),
           refinement_(std::move(base), options.degree, std::move(features)) {}
 
@@ -49,7 +53,7 @@ public:
                 std::memchr(cells_.data(), static_cast<int>(Cover::Open), cells_.size());
             if (!open)
                 break;
-            if (level_ == kMaxLevel)
+            if (!may_refine())
                 return not_isolated(
                     static_cast<Index>(static_cast<const Cover*>(open) - cells_.data()));
             refine();
@@ -65,10 +69,6 @@ public:
     }
 
 private:
-    // The distance between irregular regions doubles at each level, and sharpness ends after
-    // ten: what a sound mesh needs is far less.
-    static constexpr int kMaxLevel = 40;
-
     static PatchTable begin_table(const Topology& base, const Features& features,
                                   int degree) {
         PatchTable table;
@@ -77,18 +77,16 @@ private:
         // Odd degrees: as they are in the refinement, from which they come in the end.
         if (degree % 2 == 0) {
             table.base_ = base;
-            table.features_ = with_border(base, features);
+            table.features_ = resolve(base, features);
         }
         return table;
     }
 
-    /// Of the base mesh, with_border().
-    const Features& features() const {
+    /// Of the base mesh.
+    const ResolvedFeatures& features() const {
         return odd() ? refinement_.level(0).features : table_.features_;
     }
-    bool has_surface(Index face) const {
-        return features().hole.empty() || !features().hole[face];
-    }
+    bool has_surface(Index face) const { return !features().is_hole(face); }
     const Topology& topology() const { return refinement_.topology(level_); }
     bool odd() const { return options_.degree % 2 == 1; }
     PatchLevel patch_level() const {
@@ -144,22 +142,78 @@ private:
         return grown(t, std::move(faces), plain_ ? options_.degree / 2 : options_.degree);
     }
 
-    /// No holes and nothing semi-sharp.
-    bool is_plain() const {
+    struct SemiSharp {
+        std::size_t n = 0;
+        double most = 0;
+        void add(double s) {
+            if (is_semi_sharp(s)) {
+                ++n;
+                most = std::max(most, s);
+            }
+        }
+        void merge(const SemiSharp& other) {
+            n += other.n;
+            most = std::max(most, other.most);
+        }
+    };
+    static SemiSharp semi_sharp(const std::vector<double>& sharpness) {
+        return detail::sum_over<SemiSharp>(
+            sharpness.size(), detail::kChunk,
+            [&](std::size_t begin, std::size_t end, SemiSharp& sum) {
+                for (std::size_t i = begin; i < end; ++i)
+                    sum.add(sharpness[i]);
+            });
+    }
+    /// What the base mesh has that decides how far to refine, and how much.
+    void look_at_features() {
         const Features& f = features();
-        const auto none_semi_sharp = [](const std::vector<double>& sharpness) {
-            return detail::first_index(sharpness.size(), [&](Index i) {
-                       return sharpness[i] > 0 && sharpness[i] < kInfinitelySharp;
-                   }) == kInvalidIndex;
-        };
-        return f.hole.empty() && none_semi_sharp(f.edge_sharpness) &&
-               none_semi_sharp(f.vertex_sharpness);
+        semi_sharp_ = semi_sharp(f.edge_sharpness);
+        plain_ =
+            f.hole.empty() && semi_sharp_.n == 0 && semi_sharp(f.vertex_sharpness).n == 0;
+    }
+
+    /// As long as no more is open than may be.
+    bool may_refine() {
+        const bool uniform = options_.family == PatchFamily::Gregory && options_.uniform;
+        const int first = uniform ? options_.levels : 0;
+        if (level_ == 0)
+            look_at_features();
+        if (level_ == first)
+            n_first_corners_ = n_open_corners();
+        if (level_ < first)
+            return true;
+        const auto n_open = sum_of(
+            cells_.size(), [&](Index cell) { return cells_[cell] == Cover::Open; });
+        const std::size_t n_semi_sharp = level_ < semi_sharp_.most ? semi_sharp_.n : 0;
+        return level_ < bound_.last_level &&
+               double(n_open) <=
+                   bound_.most_cells(level_, n_first_corners_, n_semi_sharp);
+    }
+
+    std::size_t n_open_corners() const {
+        const Topology& t = topology();
+        return sum_of(cells_.size(), [&](Index cell) -> std::size_t {
+            if (cells_[cell] != Cover::Open)
+                return 0;
+            return odd() ? t.face_size(cell) : t.valence(cell);
+        });
+    }
+
+    template <class Count>
+    static std::size_t sum_of(std::size_t n, Count&& count) {
+        std::atomic<std::size_t> sum = 0;
+        detail::for_each_chunk(n, detail::kChunk,
+                               [&](std::size_t, std::size_t begin, std::size_t end) {
+                                   std::size_t part = 0;
+                                   for (std::size_t i = begin; i < end; ++i)
+                                       part += count(static_cast<Index>(i));
+                                   sum += part;
+                               });
+        return sum;
     }
 
     /// Open cells go to the next level.
     void refine() {
-        if (level_ == 0)
-            plain_ = is_plain();
         refinement_.add_level(faces_to_refine());
         const Topology& parent = refinement_.topology(level_);
         const RefinedLevel& child = refinement_.level(level_ + 1);
@@ -237,8 +291,10 @@ private:
 
     Error not_isolated(Index cell) const {
         // The quarter whose quadtree the cell is in: from parent to parent.
-        Index node = node_[cell];
         const Topology& base = refinement_.topology(0);
+        Index node = level_ > 0 ? node_[cell]
+                     : odd()    ? base.face_offsets[cell]
+                                : base.vertex_halfedge[cell];
         while (node >= base.n_halfedges()) {
             const auto parent = std::ranges::find_if(table_.nodes_, [&](Index first) {
                 return first <= node && node < first + 4;
@@ -560,7 +616,7 @@ private:
                                           : place[p];
         };
         // Base vertices are in place, as long as the base is not cut.
-        const bool in_place = refinement_.level(0).base_vertices.empty();
+        const bool in_place = refinement_.base_vertices().empty();
         for (const Index patch : mirrored_patches_) {
             if (!in_place || patch >= first_patch_[1])
                 break;
@@ -592,9 +648,13 @@ private:
     }
 
     const PatchTableOptions& options_;
+    const detail::IsolationBound bound_;
     PatchTable table_;
     Refinement refinement_;
-    bool plain_ = false;  // is_plain(), as soon as something is refined
+    // As soon as something is open:
+    bool plain_ = false;               // no holes and nothing semi-sharp
+    SemiSharp semi_sharp_;             // edges
+    std::size_t n_first_corners_ = 0;  // see IsolationBound
     std::map<PatchClass, Index> class_index_;
 
     int level_ = 0;
@@ -628,7 +688,15 @@ Result<PatchTable> build_patch_table(Topology base, Features features,
         return fail(ErrorCode::InvalidOption,
                     fmt::format("level {} of crease ends is not in 0..16", ends));
     }
-    return PatchTableBuilder(std::move(base), std::move(features), options).build();
+    return detail::build_patch_table(std::move(base), std::move(features), options,
+                                     detail::IsolationBound(options));
+}
+
+Result<PatchTable> detail::build_patch_table(Topology base, Features features,
+                                             const PatchTableOptions& options,
+                                             const IsolationBound& bound) {
+    return PatchTableBuilder(std::move(base), std::move(features), options, bound)
+        .build();
 }
 
 }  // namespace osdx

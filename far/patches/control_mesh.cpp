@@ -7,7 +7,7 @@
 #include <atomic>
 
 #include "far/parallel.h"
-#include "far/refine/refine_step.h"
+#include "far/refine/sharpness.h"
 
 namespace osdx::detail {
 
@@ -35,14 +35,14 @@ ControlMesh::ControlMesh(const RefinedLevel& level, int degree, bool is_base)
         bool any = false;
         if (level.sharp[v])
             t.for_each_edge(v, [&](Index e, Index) {
-                any |= level.features.edge(e) >= kInfinitelySharp;
+                any |= is_infinitely_sharp(level.features.edge(e));
             });
         return any;
     };
     has_cuts_ = kInvalidIndex !=
                 (odd_ ? first_index(level.sharp.size(), at_cut)
                       : first_index(t.n_halfedges(), [&](Index h) { return is_cut(h); }));
-    all_quads_ = level.face_kinds.empty() && (t.quads_only || has_only_quads(t));
+    all_quads_ = !level.has_face_kinds() && (t.quads_only || has_only_quads(t));
     const std::vector<std::uint8_t> special = special_vertices();
     std::vector<Fans> chunks(n_chunks(t.n_vertices(), kSmallChunk));
     for_each_chunk(t.n_vertices(), kSmallChunk,
@@ -92,9 +92,9 @@ std::vector<std::uint8_t> ControlMesh::special_vertices() const {
         if (has_cuts_)
             mark_edges([&](Index h) { return is_cut(h); });
         mark_vertices([&](Index v) {
-            return level.point_kinds[v] != PointKind::Inner ||
-                   (is_base_ && (!level.base_sharpness[v].rays.empty() ||
-                                 level.base_sharpness[v].vertex_sharpness > 0));
+            return level.even->point_kinds[v] != PointKind::Inner ||
+                   (is_base_ && (!level.even->base_sharpness[v].rays.empty() ||
+                                 level.even->base_sharpness[v].vertex_sharpness > 0));
         });
     }
     if (!level.known.empty()) {
@@ -110,12 +110,14 @@ std::vector<std::uint8_t> ControlMesh::special_vertices() const {
         for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h)
             special[t.vertex[h]] = kUnknown;
     };
-    for (Index h = 0; h < t.n_halfedges() && !level.rays.empty(); ++h) {
-        if (level.edge_rays[t.edge[h]] != kInvalidIndex)
+    if (odd_)
+        return special;
+    for (Index h = 0; h < t.n_halfedges() && !level.even->rays.empty(); ++h) {
+        if (level.even->edge_rays[t.edge[h]] != kInvalidIndex)
             skip_face(t.face(h));
     }
-    for (const Junction& j : level.junctions) {
-        if (j.vertex_sharpness < kInfinitelySharp)
+    for (const Junction& j : level.even->junctions) {
+        if (!is_infinitely_sharp(j.vertex_sharpness))
             skip_face(j.face);
     }
     return special;
@@ -123,15 +125,15 @@ std::vector<std::uint8_t> ControlMesh::special_vertices() const {
 
 bool ControlMesh::is_cut(Index h) const noexcept {
     const Index edge = topology().edge[h];
-    return odd_ ? level_->features.edge(edge) >= kInfinitelySharp
+    return odd_ ? is_infinitely_sharp(level_->features.edge(edge))
                 : topology().is_border(h) && !level_->is_gap(edge);
 }
 
 bool ControlMesh::is_quad(Index face) const noexcept {
     if (topology().face_size(face) != 4)
         return false;
-    return level_->face_kinds.empty() || (level_->face_kinds[face] != FaceKind::Dart &&
-                                          level_->face_kinds[face] != FaceKind::Spike);
+    const FaceKind kind = level_->face_kind(face);
+    return kind != FaceKind::Dart && kind != FaceKind::Spike;
 }
 
 void ControlMesh::sort_fans(Index v, Fans& out) {
@@ -156,24 +158,23 @@ void ControlMesh::sort_special_fans(Index v, std::uint8_t special, Fans& out) {
     ring.clear();
     t.for_each_outgoing(v, [&](Index h) { ring.push_back(h); });
     bool blocked = false;  // semi-sharp, or beside a gap
-    int n_cuts = 0;
+    std::size_t n_cuts = 0;
     t.for_each_edge(v, [&](Index e, Index) {
         const double s = odd_ ? level_->features.edge(e) : 0.0;
-        blocked |= (s > 0 && s < kInfinitelySharp) || level_->is_gap(e);
-        n_cuts += s >= kInfinitelySharp;
+        blocked |= is_semi_sharp(s) || level_->is_gap(e);
+        n_cuts += is_infinitely_sharp(s);
     });
     bool pinned = false, dart = false;
     if (odd_) {
         const double s = level_->features.vertex(v);
-        blocked |= s > 0 && s < kInfinitelySharp;
-        pinned = s >= kInfinitelySharp || n_cuts > 2;
+        blocked |= is_semi_sharp(s);
+        pinned = is_pinned(s, n_cuts);
         dart = n_cuts == 1;
     } else {
-        const PointKind kind = level_->point_kinds[v];
+        const PointKind kind = level_->even->point_kinds[v];
         if (is_base_) {
-            const BaseSharpness& s = level_->base_sharpness[v];
-            blocked |= !s.rays.empty() ||
-                       (s.vertex_sharpness > 0 && s.vertex_sharpness < kInfinitelySharp);
+            const BaseSharpness& s = level_->even->base_sharpness[v];
+            blocked |= !s.rays.empty() || is_semi_sharp(s.vertex_sharpness);
         }
         pinned = kind == PointKind::Pinned || kind == PointKind::Spike;
         dart = kind == PointKind::Dart;
@@ -220,7 +221,8 @@ Flags ControlMesh::incomplete_vertices() const {
                                      : vertices_beside_unknown(topology(), level_->known);
     Flags points(topology().n_vertices());
     for_each_index(points.size(), [&](Index v) {
-        points[v] = level_->is_known(v) && level_->point_kinds[v] == PointKind::Inner;
+        points[v] =
+            level_->is_known(v) && level_->even->point_kinds[v] == PointKind::Inner;
     });
     return vertices_beside_unknown(topology(), points);
 }

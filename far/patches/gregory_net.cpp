@@ -11,6 +11,8 @@
 
 #include <fmt/format.h>
 
+#include "far/refine/sharpness.h"
+
 namespace osdx {
 namespace {
 
@@ -224,7 +226,6 @@ Status check_gregory(const MeshData& data, const Topology& t, const Features& f)
     const auto line = [](const std::vector<Index>& lines, Index i) {
         return i < lines.size() ? lines[i] : 0;
     };
-    const auto is_semi_sharp = [](double s) { return s > 0 && s < kInfinitelySharp; };
     for (Index h = 0; h < t.n_halfedges(); ++h) {
         if (is_semi_sharp(f.edge(t.edge[h]))) {
             return fail(ErrorCode::InvalidOption,
@@ -288,7 +289,7 @@ private:
 
 class GregoryFace {
 public:
-    GregoryFace(const Topology& topology, const Features& features, Index face,
+    GregoryFace(const Topology& topology, const ResolvedFeatures& features, Index face,
                 const GregoryRules& options)
         : t_(topology),
           features_(features),
@@ -323,7 +324,7 @@ private:
     };
 
     bool is_sharp(Index h) const {
-        return features_.edge(t_.edge[h]) >= kInfinitelySharp;
+        return is_infinitely_sharp(features_.edge(t_.edge[h]));
     }
     int next(int i) const { return i + 1 == n_ ? 0 : i + 1; }
     int before(int i) const { return i == 0 ? n_ - 1 : i - 1; }
@@ -332,11 +333,12 @@ private:
     /// depend on h.
     Fan make_fan(Index h) const {
         const Index v = t_.vertex[h];
-        int n_sharp = 0;
-        t_.for_each_edge(
-            v, [&](Index e, Index) { n_sharp += features_.edge(e) >= kInfinitelySharp; });
+        std::size_t n_sharp = 0;
+        t_.for_each_edge(v, [&](Index e, Index) {
+            n_sharp += is_infinitely_sharp(features_.edge(e));
+        });
         Fan fan;
-        fan.shape.sharp = features_.vertex(v) >= kInfinitelySharp || n_sharp > 2;
+        fan.shape.sharp = detail::is_pinned(features_.vertex(v), n_sharp);
         fan.shape.open = n_sharp >= 2;
         Index start = t_.vertex_halfedge[v];
         if (fan.shape.open) {
@@ -490,7 +492,7 @@ private:
     }
 
     const Topology& t_;
-    const Features& features_;
+    const ResolvedFeatures& features_;
     const GregoryRules& options_;
     Index first_;
     int n_;
@@ -499,7 +501,7 @@ private:
 
 }  // namespace
 
-StencilTable gregory_points(const Topology& topology, const Features& features,
+StencilTable gregory_points(const Topology& topology, const ResolvedFeatures& features,
                             Index face, const GregoryRules& options) {
     return GregoryFace(topology, features, face, options).points();
 }

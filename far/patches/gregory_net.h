@@ -7,6 +7,7 @@
 
 #include <osdx/features.h>
 #include <osdx/mesh_data.h>
+#include <osdx/resolved_features.h>
 #include <osdx/result.h>
 #include <osdx/stencil_table.h>
 #include <osdx/topology.h>
@@ -83,8 +84,8 @@ Status check_gregory(const MeshData& data, const Topology& topology,
 /// Source: Loop, Schaefer, Ni and Castaño, Approximating subdivision surfaces with Gregory
 /// patches for hardware tessellation (2009). Differs: the length of the tangents, open fans,
 /// and the inner points of triangles, which are of degree 3 as all others.
-/// \pre features are with_border(); check_gregory()
-StencilTable gregory_points(const Topology& topology, const Features& features,
+/// \pre check_gregory()
+StencilTable gregory_points(const Topology& topology, const ResolvedFeatures& features,
                             Index face, const GregoryRules& options = {});
 
 }  // namespace osdx

@@ -86,8 +86,7 @@ void PatchNets::add_vertex_patch(const IrregularFan& fan) {
 void PatchNets::add_face_patch(Index f) {
     const Topology& t = topology();
     const RefinedLevel& level = level_.level;
-    const FaceKind kind =
-        level.face_kinds.empty() ? FaceKind::Plain : level.face_kinds[f];
+    const FaceKind kind = level.face_kind(f);
     if (kind == FaceKind::Plain && level_.mesh.is_quad(f))
         return;
     if (level_.index == 0 && t.face_size(f) == 3 && level.features.smooth_triangles)
@@ -109,14 +108,14 @@ void PatchNets::add_face_patch(Index f) {
     corners_.clear();
     Index centre = kInvalidIndex;
     for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h) {
-        if (!c.is_open() || level.point_kinds[t.vertex[h]] == PointKind::Inner)
+        if (!c.is_open() || level.even->point_kinds[t.vertex[h]] == PointKind::Inner)
             corners_.push_back(h);
-        else if (level.point_kinds[t.vertex[h]] == PointKind::Pinned)
+        else if (level.even->point_kinds[t.vertex[h]] == PointKind::Pinned)
             centre = t.vertex[h];
     }
     if (c.is_open()) {
         const auto first = std::ranges::find_if(corners_, [&](Index h) {
-            return level.point_kinds[t.vertex[t.prev(h)]] == PointKind::Curve;
+            return level.even->point_kinds[t.vertex[t.prev(h)]] == PointKind::Curve;
         });
         std::rotate(corners_.begin(), first, corners_.end());
     }
@@ -174,7 +173,7 @@ void PatchNets::add_face_patch(Index f) {
     if (kind == FaceKind::Pinned) {
         terms_ = {{centre, 1.0}};
     } else if (kind == FaceKind::Spike) {
-        const auto spike = std::ranges::find(level.junctions, f, &Junction::face);
+        const auto spike = std::ranges::find(level.even->junctions, f, &Junction::face);
         terms_ = {{spike->point, 1.0}};
     } else if (kind == FaceKind::Dart) {
         for (const Index h : corners_)

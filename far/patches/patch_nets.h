@@ -42,7 +42,7 @@ struct PatchLevel {
     /// Even degrees: corner 0 of a vertex' cell is the face of this halfedge.
     Index frame_halfedge(Index vertex) const noexcept {
         return index == 0 ? topology().vertex_halfedge[vertex]
-                          : level.corner_halfedges[vertex];
+                          : level.even->corner_halfedges[vertex];
     }
     /// Where the frame of a regular patch starts, for ControlGrid::walk_around().
     Index regular_start(Index cell) const noexcept;

@@ -8,8 +8,8 @@
 
 #include <osdx/address.h>
 #include <osdx/buffer.h>
-#include <osdx/features.h>
 #include <osdx/patch_class.h>
+#include <osdx/resolved_features.h>
 #include <osdx/stencil_table.h>
 #include <osdx/topology.h>
 
@@ -85,12 +85,10 @@ public:
     int n_levels() const noexcept { return n_levels_; }  ///< with level 0, the base
     int degree() const noexcept { return degree_; }
     const Topology& base() const noexcept { return base_; }
-    /// Of the base mesh, by with_border(): borders and infinitely sharp edges have
+    /// Of the base mesh: borders and infinitely sharp edges have
     /// kInfinitelySharp, faces without surface are holes.
-    const Features& features() const noexcept { return features_; }
-    bool has_surface(Index face) const noexcept {
-        return features_.hole.empty() || !features_.hole[face];
-    }
+    const ResolvedFeatures& features() const noexcept { return features_; }
+    bool has_surface(Index face) const noexcept { return !features_.is_hole(face); }
     std::span<const PatchClass> classes() const noexcept { return classes_; }
     PatchRef patch(Index i) const noexcept {
         // Control points follow one another in the order of the patches.
@@ -174,7 +172,7 @@ private:
     int n_levels_ = 0;
     Index n_base_points_ = 0;
     Topology base_;
-    Features features_;
+    ResolvedFeatures features_;
     StencilTable refined_points_;
     std::vector<Index> row_groups_;
     std::vector<PatchClass> classes_;

@@ -1,11 +1,15 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
+#include "far/refine/even.h"
+
 #include <algorithm>
-#include <span>
+#include <utility>
 
 #include "far/mesh/topology_edits.h"
-#include "far/refine/refine_step.h"
+#include "far/refine/face_centres.h"
+#include "far/refine/level_rows.h"
+#include "far/refine/sharpness.h"
 
 namespace osdx::detail {
 namespace {
@@ -77,217 +81,6 @@ private:
     StencilTable& table_;
 };
 
-/// The sharpness of rays before and after a step, by halfedge; empty: there are none.
-struct StepSharpness {
-    std::vector<double> before, after;
-    std::vector<Junction> junctions_after;  ///< those of the level, after the step
-};
-
-bool is_semi_sharp(double s) {
-    return s > 0 && s < kInfinitelySharp;
-}
-
-/// \param meeting  all semi-sharp creases that meet at this end, with this one
-double lowered(double s, std::span<const double> meeting, CreaseMethod method) {
-    if (s <= 0 || s >= kInfinitelySharp)
-        return s;
-    double sum = 0;
-    int n = 0;
-    for (const double m : meeting) {
-        sum += m;
-        n += m > 0;
-    }
-    if (method == CreaseMethod::Chaikin && n > 1)
-        s = 0.75 * s + 0.25 * (sum - s) / (n - 1);
-    return std::max(s - 1, 0.0);
-}
-
-Junction lowered(Junction j, CreaseMethod method) {
-    const std::vector<double> rays = j.rays;
-    for (double& s : j.rays)
-        s = lowered(s, rays, method);
-    j.vertex_sharpness = lowered(j.vertex_sharpness, {}, method);
-    return j;
-}
-
-std::vector<Index> junction_faces(const RefinedLevel& level) {
-    std::vector<Index> of_face;
-    if (!level.junctions.empty())
-        of_face.assign(level.topology.n_faces(), kInvalidIndex);
-    for (Index j = 0; j < level.junctions.size(); ++j)
-        of_face[level.junctions[j].face] = j;
-    return of_face;
-}
-
-/// Where the middle of each face is: its centroid, or on the curve that runs through it, or at
-/// the point where curves meet. Where sharpness ends, a mixture of what was and will be.
-class FaceCentres {
-public:
-    FaceCentres(const RefinedLevel& level, const StepSharpness& step)
-        : level_(level), step_(step), junction_(junction_faces(level)) {}
-
-    /// Calls f(vertex, weight) for the vertices of the level that make up the centre.
-    template <class F>
-    void for_each(Index face, F&& f) const {
-        const Junction *before = nullptr, *after = nullptr;
-        if (!junction_.empty() && junction_[face] != kInvalidIndex) {
-            before = &level_.junctions[junction_[face]];
-            after = &step_.junctions_after[junction_[face]];
-        } else if (step_.before.empty() || !has_rays(face)) {
-            simple_centre(face, 1, f);
-            return;
-        }
-        Ends ends;
-        const int rule_before = rule(face, before, step_.before);
-        const int rule_after = rule(face, after, step_.after);
-        if (before) {
-            for (std::size_t i = 0; i < before->rays.size(); ++i)
-                ends.note(before->rays[i], after->rays[i]);
-            ends.note(before->vertex_sharpness, after->vertex_sharpness);
-        } else {
-            for_each_halfedge(
-                face, [&](Index h) { ends.note(step_.before[h], step_.after[h]); });
-        }
-        const double w = rule_before == rule_after ? 1 : ends.weight();
-        centre(face, rule_before, before, step_.before, w, f);
-        if (w < 1)
-            centre(face, rule_after, before, step_.after, 1 - w, f);
-    }
-
-private:
-    /// What ends on this step, and how much of it was left.
-    struct Ends {
-        double sum = 0;
-        int n = 0;
-        void note(double before, double after) {
-            if (before > 0 && after <= 0) {
-                sum += before;
-                ++n;
-            }
-        }
-        double weight() const { return n == 0 ? 1 : std::min(1.0, sum / n); }
-    };
-
-    template <class F>
-    void for_each_halfedge(Index face, F&& f) const {
-        const Topology& t = level_.topology;
-        for (Index h = t.face_offsets[face]; h < t.face_offsets[face + 1]; ++h)
-            f(h);
-    }
-
-    bool has_rays(Index face) const {
-        bool any = false;
-        for_each_halfedge(face, [&](Index h) { any |= step_.before[h] > 0; });
-        return any;
-    }
-
-    PointKind kind(Index h) const {
-        return level_.point_kinds[level_.topology.vertex[h]];
-    }
-
-    /// How many curves meet in the face; 3 where it is pinned.
-    int rule(Index face, const Junction* j, const std::vector<double>& sharpness) const {
-        int n = 0;
-        if (j) {
-            const Junction& now = *j;
-            n = now.n_sharp;
-            for (const double s : now.rays)
-                n += s > 0;
-            if (now.vertex_sharpness > 0)
-                n = 3;
-        } else {
-            for_each_halfedge(face, [&](Index h) { n += sharpness[h] > 0; });
-        }
-        return n > 2 ? 3 : n == 2 ? 2 : 0;
-    }
-
-    template <class F>
-    void centre(Index face, int rule, const Junction* j,
-                const std::vector<double>& sharpness, double weight, F&& f) const {
-        if (rule == 3) {
-            f(j->point, weight);
-        } else if (rule == 2) {
-            // On the curve: both neighbours on it are border points, or in middles of edges.
-            int n = 0;
-            const auto add = [&](Index v) {
-                if (n++ < 2)
-                    f(v, 0.5 * weight);
-            };
-            int n_border = j ? j->n_sharp : 0;
-            for_each_halfedge(face, [&](Index h) {
-                if (kind(h) == PointKind::Curve && n_border-- > 0)
-                    add(level_.topology.vertex[h]);
-            });
-            for_each_halfedge(face, [&](Index h) {
-                if (!sharpness.empty() && sharpness[h] > 0)
-                    add(level_.rays[level_.edge_rays[level_.topology.edge[h]]].point);
-            });
-        } else {
-            mean(face, PointKind::Inner, weight, f);
-        }
-    }
-
-    template <class F>
-    void simple_centre(Index face, double weight, F&& f) const {
-        const FaceKind kind =
-            level_.face_kinds.empty() ? FaceKind::Plain : level_.face_kinds[face];
-        mean(face,
-             kind == FaceKind::Border   ? PointKind::Curve
-             : kind == FaceKind::Pinned ? PointKind::Pinned
-                                        : PointKind::Inner,
-             weight, f);
-    }
-
-    template <class F>
-    void mean(Index face, PointKind which, double weight, F&& f) const {
-        const bool all = level_.face_kinds.empty();  // level 0
-        int n = 0;
-        for_each_halfedge(face, [&](Index h) { n += all || kind(h) == which; });
-        for_each_halfedge(face, [&](Index h) {
-            if (all || kind(h) == which)
-                f(level_.topology.vertex[h], weight / n);
-        });
-    }
-
-    const RefinedLevel& level_;
-    const StepSharpness& step_;
-    std::vector<Index> junction_;
-};
-
-/// The sharpness of a level's rays and junctions after the next step.
-StepSharpness next_step(const RefinedLevel& level) {
-    StepSharpness step;
-    const CreaseMethod method = level.features.creases;
-    for (const Junction& j : level.junctions)
-        step.junctions_after.push_back(lowered(j, method));
-    if (level.rays.empty())
-        return step;
-    const Topology& t = level.topology;
-    const std::vector<Index> junction = junction_faces(level);
-    step.before.assign(t.n_halfedges(), 0.0);
-    step.after.assign(t.n_halfedges(), 0.0);
-    std::vector<double> local;
-    for (Index f = 0; f < t.n_faces(); ++f) {
-        local.clear();
-        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h) {
-            const Index ray = level.edge_rays[t.edge[h]];
-            if (ray == kInvalidIndex)
-                continue;
-            step.before[h] = level.rays[ray].sharpness;
-            local.push_back(step.before[h]);
-        }
-        const bool meets = !junction.empty() && junction[f] != kInvalidIndex;
-        for (Index h = t.face_offsets[f]; h < t.face_offsets[f + 1]; ++h) {
-            step.after[h] =
-                lowered(step.before[h],
-                        meets ? std::span<const double>(level.junctions[junction[f]].rays)
-                              : std::span<const double>(local),
-                        method);
-        }
-    }
-    return step;
-}
-
 /// From the points of a level to the corners of its faces: corner x goes to the middle of x,
 /// the face's centre and the middles of the edges at x. Beside a border curve's point half of
 /// the edge is beyond the border, and its middle is that point.
@@ -295,7 +88,7 @@ StencilTable corner_rows(const RefinedLevel& level, const FaceCentres& centres,
                          const StepSharpness& step, bool is_base) {
     const Topology& t = level.topology;
     const auto kind = [&](Index v) {
-        return is_base ? PointKind::Inner : level.point_kinds[v];
+        return is_base ? PointKind::Inner : level.even->point_kinds[v];
     };
     StencilTable s;
     RowSums row(s);
@@ -322,8 +115,11 @@ StencilTable corner_rows(const RefinedLevel& level, const FaceCentres& centres,
             }
             double sharp = 0;  // of the middle: on the crease that crosses the edge
             if (!step.before.empty() && step.before[e] > 0) {
-                sharp = step.after[e] > 0 ? 1 : std::min(1.0, step.before[e]);
-                row.add(level.rays[level.edge_rays[t.edge[e]]].point, 0.25 * sharp);
+                EndOfSharpness end;
+                end.note(step.before[e], step.after[e]);
+                sharp = end.weight_before();
+                row.add(level.even->rays[level.even->edge_rays[t.edge[e]]].point,
+                        0.25 * sharp);
             }
             if (sharp < 1) {
                 row.add(x, 0.125 * (1 - sharp));
@@ -352,15 +148,16 @@ std::vector<FaceKind> face_kinds(const Topology& t,
 /// Adds a vertex without faces: a point of a ray or a junction.
 Index add_loose_point(RefinedLevel& level) {
     level.topology.vertex_halfedge.push_back(kInvalidIndex);
-    level.point_kinds.push_back(PointKind::Pinned);
+    level.even->point_kinds.push_back(PointKind::Pinned);
     return level.topology.n_vertices() - 1;
 }
 
 void note_gaps(RefinedLevel& level) {
     const Topology& t = level.topology;
     for (Index h = 0; h < t.n_halfedges(); ++h) {
-        if (!t.is_border(h) || (level.point_kinds[t.vertex[h]] != PointKind::Inner &&
-                                level.point_kinds[t.to_vertex(h)] != PointKind::Inner))
+        if (!t.is_border(h) ||
+            (level.even->point_kinds[t.vertex[h]] != PointKind::Inner &&
+             level.even->point_kinds[t.to_vertex(h)] != PointKind::Inner))
             continue;
         level.gap.resize(t.n_edges);
         level.gap[t.edge[h]] = true;
@@ -373,10 +170,12 @@ public:
     /// \param parent  what is refined: a level, or a part of one
     EvenStep(const RefinedLevel& parent, bool is_base)
         : parent_(parent),
+          parent_even_(*parent.even),
           mesh_(parent.topology),
           is_base_(is_base),
           parent_step_(next_step(parent)),
-          parent_centres_(parent, parent_step_) {}
+          parent_centres_(parent, parent_step_),
+          even_(level_.even.emplace()) {}
 
     /// \param part  null: the whole level
     RefinedLevel build(int degree, const RefinedPart* part) {
@@ -391,8 +190,8 @@ public:
             split_ = split(mesh_);
             level_.topology = dual(split_, &map_);
             for (Index h = 0; h < mesh_.n_halfedges(); ++h)
-                level_.point_kinds.push_back(parent_.point_kinds[mesh_.vertex[h]]);
-            level_.face_kinds = face_kinds(level_.topology, level_.point_kinds);
+                even_.point_kinds.push_back(parent_even_.point_kinds[mesh_.vertex[h]]);
+            even_.face_kinds = face_kinds(level_.topology, even_.point_kinds);
             name_faces();
             add_rays();
         }
@@ -410,9 +209,9 @@ public:
         level_.rows = std::make_shared<StoredRows>(std::move(factors_));
 
         // Quad h of split(parent) has the vertex of corner h at its corner 0, the face at 2.
-        level_.corner_halfedges.resize(mesh_.n_halfedges());
+        even_.corner_halfedges.resize(mesh_.n_halfedges());
         for (Index h = 0; h < mesh_.n_halfedges(); ++h)
-            level_.corner_halfedges[h] = map_[4 * h + (is_base_ ? 0 : 2)];
+            even_.corner_halfedges[h] = map_[4 * h + (is_base_ ? 0 : 2)];
         return std::move(level_);
     }
 
@@ -428,21 +227,21 @@ private:
         }
         std::vector<bool> corner(quads.n_vertices(), false);
         for (Index v = 0; v < mesh_.n_vertices(); ++v)
-            corner[v] = parent_.point_kinds[v] == PointKind::Pinned;
+            corner[v] = parent_even_.point_kinds[v] == PointKind::Pinned;
         split_ = with_border_strip(quads, borders, corner);
         level_.topology = dual(split_, &map_);
-        level_.point_kinds.assign(mesh_.n_halfedges(), PointKind::Inner);
+        even_.point_kinds.assign(mesh_.n_halfedges(), PointKind::Inner);
         for (const Index b : borders) {
             const bool first = quads.vertex[b] < mesh_.n_vertices();
             add_curve_row(first ? b / 4 : mesh_.prev(b / 4), first);
-            level_.point_kinds.push_back(PointKind::Curve);
+            even_.point_kinds.push_back(PointKind::Curve);
         }
         for (Index f = rows_.n_rows(); f < split_.n_faces(); ++f) {
             rows_.add(split_.vertex[split_.face_offsets[f]], 1.0);
             rows_.end_row();
-            level_.point_kinds.push_back(PointKind::Pinned);
+            even_.point_kinds.push_back(PointKind::Pinned);
         }
-        level_.face_kinds = face_kinds(level_.topology, level_.point_kinds);
+        even_.face_kinds = face_kinds(level_.topology, even_.point_kinds);
     }
 
     /// Three quarters of the near end of an edge, one of the far one.
@@ -465,12 +264,12 @@ private:
             const Index face = face_of_vertex(v);
             if (face == kInvalidIndex)
                 continue;
-            const PointKind kind = parent_.point_kinds[v];
+            const PointKind kind = parent_even_.point_kinds[v];
             if (kind == PointKind::Dart)
-                level_.face_kinds[face] = FaceKind::Dart;
+                even_.face_kinds[face] = FaceKind::Dart;
             else if (kind == PointKind::Spike)
-                level_.face_kinds[face] = FaceKind::Spike;
-            const BaseSharpness& s = parent_.base_sharpness[v];
+                even_.face_kinds[face] = FaceKind::Spike;
+            const BaseSharpness& s = parent_even_.base_sharpness[v];
             if (kind == PointKind::Pinned ||
                 (s.rays.empty() && !(s.vertex_sharpness > 0)))
                 continue;
@@ -483,8 +282,9 @@ private:
             const double s = parent_.features.edge(mesh_.edge[h]);
             if (!is_semi_sharp(s))
                 continue;
-            const BaseSharpness& at = parent_.base_sharpness[mesh_.vertex[h]];
-            if (!add_ray(4 * h, s, lowered(s, at.rays, parent_.features.creases)))
+            const BaseSharpness& at = parent_even_.base_sharpness[mesh_.vertex[h]];
+            if (!add_ray(4 * h, s,
+                         meeting_of(at.rays).lowered(s, parent_.features.creases)))
                 continue;
             add_curve_row(h, true);
         }
@@ -498,11 +298,11 @@ private:
 
     void name_faces() {
         for (Index f = 0; f < mesh_.n_faces(); ++f) {
-            if (parent_.face_kinds[f] == FaceKind::Dart ||
-                parent_.face_kinds[f] == FaceKind::Spike)
-                level_.face_kinds[face_of_face(f)] = parent_.face_kinds[f];
+            if (parent_even_.face_kinds[f] == FaceKind::Dart ||
+                parent_even_.face_kinds[f] == FaceKind::Spike)
+                even_.face_kinds[face_of_face(f)] = parent_even_.face_kinds[f];
         }
-        for (const Junction& j : parent_.junctions) {
+        for (const Junction& j : parent_even_.junctions) {
             Junction child = j;
             child.face = face_of_face(j.face);
             add_junction(std::move(child), j.point);
@@ -510,14 +310,14 @@ private:
     }
 
     void add_rays() {
-        if (parent_.rays.empty())
+        if (parent_even_.rays.empty())
             return;
         for (Index h = 0; h < mesh_.n_halfedges(); ++h) {
             if (!(parent_step_.before[h] > 0) ||
                 !add_ray(4 * h + 1, parent_step_.before[h], parent_step_.after[h]))
                 continue;
             RowSums row(rows_);
-            row.add(parent_.rays[parent_.edge_rays[mesh_.edge[h]]].point, 0.5);
+            row.add(parent_even_.rays[parent_even_.edge_rays[mesh_.edge[h]]].point, 0.5);
             parent_centres_.for_each(mesh_.face(h),
                                      [&](Index v, double w) { row.add(v, 0.5 * w); });
             row.end_row();
@@ -528,11 +328,11 @@ private:
 
     /// With the sharpness before the step; the row of its point is that of `vertex`.
     void add_junction(Junction j, Index vertex) {
-        junctions_after_.push_back(lowered(j, parent_.features.creases));
+        junctions_after_.push_back(next_junction(j, parent_.features.creases));
         j.point = junctions_after_.back().point = add_loose_point(level_);
         rows_.add(vertex, 1.0);
         rows_.end_row();
-        level_.junctions.push_back(std::move(j));
+        even_.junctions.push_back(std::move(j));
     }
 
     /// On the edge that crosses the edge of a halfedge of split_. \return false if there is
@@ -546,10 +346,10 @@ private:
             beyond = map_[split_.next(halfedge)];
         if (beyond == kInvalidIndex)
             return false;
-        level_.edge_rays.resize(level_.topology.n_edges, kInvalidIndex);
-        level_.edge_rays[level_.topology.edge[beyond]] =
-            static_cast<Index>(level_.rays.size());
-        level_.rays.push_back({add_loose_point(level_), before});
+        even_.edge_rays.resize(level_.topology.n_edges, kInvalidIndex);
+        even_.edge_rays[level_.topology.edge[beyond]] =
+            static_cast<Index>(even_.rays.size());
+        even_.rays.push_back({add_loose_point(level_), before});
         rays_after_.push_back(after);
         return true;
     }
@@ -559,11 +359,11 @@ private:
         const Topology& t = level_.topology;
         StepSharpness step;
         step.junctions_after = junctions_after_;
-        if (!level_.rays.empty()) {
+        if (!even_.rays.empty()) {
             for (Index h = 0; h < t.n_halfedges(); ++h) {
-                const Index ray = level_.edge_rays[t.edge[h]];
+                const Index ray = even_.edge_rays[t.edge[h]];
                 const bool none = ray == kInvalidIndex;
-                step.before.push_back(none ? 0.0 : level_.rays[ray].sharpness);
+                step.before.push_back(none ? 0.0 : even_.rays[ray].sharpness);
                 step.after.push_back(none ? 0.0 : rays_after_[ray]);
             }
         }
@@ -576,19 +376,19 @@ private:
         }
         // Points of junctions are handed through behind the faces.
         std::vector<Index> junction(t.n_vertices(), kInvalidIndex);
-        for (const Junction& j : level_.junctions) {
+        for (const Junction& j : even_.junctions) {
             junction[j.point] = to_faces.n_rows();
             to_faces.add(j.point, 1.0);
             to_faces.end_row();
         }
-        std::vector<std::vector<Index>> ray_faces(level_.rays.size());
-        for (Index h = 0; h < t.n_halfedges() && !level_.rays.empty(); ++h) {
-            if (level_.edge_rays[t.edge[h]] != kInvalidIndex)
-                ray_faces[level_.edge_rays[t.edge[h]]].push_back(t.face(h));
+        std::vector<std::vector<Index>> ray_faces(even_.rays.size());
+        for (Index h = 0; h < t.n_halfedges() && !even_.rays.empty(); ++h) {
+            if (even_.edge_rays[t.edge[h]] != kInvalidIndex)
+                ray_faces[even_.edge_rays[t.edge[h]]].push_back(t.face(h));
         }
         std::vector<Index> ray_of_point(t.n_vertices(), kInvalidIndex);
-        for (Index r = 0; r < level_.rays.size(); ++r)
-            ray_of_point[level_.rays[r].point] = r;
+        for (Index r = 0; r < even_.rays.size(); ++r)
+            ray_of_point[even_.rays[r].point] = r;
         for (Index v = 0; v < t.n_vertices(); ++v) {
             if (junction[v] != kInvalidIndex) {
                 to_vertices.add(junction[v], 1.0);
@@ -603,8 +403,8 @@ private:
             to_vertices.end_row();
         }
         Flags unusable = vertices_beside_gaps(level_);
-        for (Index r = 0; r < level_.rays.size() && !unusable.empty(); ++r)
-            unusable[level_.rays[r].point] = ray_faces[r].size() < 2;
+        for (Index r = 0; r < even_.rays.size() && !unusable.empty(); ++r)
+            unusable[even_.rays[r].point] = ray_faces[r].size() < 2;
         for (int i = 0; i < n_times; ++i) {
             factors_.push_back(known.filter(to_faces, {}));
             factors_.push_back(known.filter(to_vertices, unusable));
@@ -613,30 +413,32 @@ private:
 
     /// What has ended is forgotten.
     void end_sharpness() {
-        for (std::size_t r = 0; r < level_.rays.size(); ++r)
-            level_.rays[r].sharpness = rays_after_[r];
-        for (Index& r : level_.edge_rays) {
+        for (std::size_t r = 0; r < even_.rays.size(); ++r)
+            even_.rays[r].sharpness = rays_after_[r];
+        for (Index& r : even_.edge_rays) {
             if (r != kInvalidIndex && !(rays_after_[r] > 0))
                 r = kInvalidIndex;
         }
         if (std::ranges::none_of(rays_after_, [](double s) { return s > 0; })) {
-            level_.rays.clear();
-            level_.edge_rays.clear();
+            even_.rays.clear();
+            even_.edge_rays.clear();
         }
-        level_.junctions = std::move(junctions_after_);
-        std::erase_if(level_.junctions, [](const Junction& j) {
+        even_.junctions = std::move(junctions_after_);
+        std::erase_if(even_.junctions, [](const Junction& j) {
             return !(j.vertex_sharpness > 0) &&
                    std::ranges::none_of(j.rays, [](double s) { return s > 0; });
         });
     }
 
     const RefinedLevel& parent_;
+    const EvenLevel& parent_even_;
     const Topology& mesh_;
     bool is_base_;
     StepSharpness parent_step_;
     FaceCentres parent_centres_;
 
     RefinedLevel level_;
+    EvenLevel& even_;
     Topology split_;
     std::vector<Index> map_;  // from halfedges of split_ to those of the level
     StencilTable rows_;
@@ -647,43 +449,43 @@ private:
 
 }  // namespace
 
-RefinedLevel even_base(Topology base, const Features& features) {
+RefinedLevel even_base(Topology base, const ResolvedFeatures& features) {
     std::vector<bool> sharp(base.n_edges);
     std::vector<BaseSharpness> at(base.n_vertices());
     for (Index v = 0; v < base.n_vertices(); ++v) {
         at[v].vertex_sharpness = features.vertex(v);
         base.for_each_edge(v, [&](Index e, Index) {
-            sharp[e] = features.edge(e) >= kInfinitelySharp;
+            sharp[e] = is_infinitely_sharp(features.edge(e));
             at[v].n_sharp += sharp[e];
             if (is_semi_sharp(features.edge(e)))
                 at[v].rays.push_back(features.edge(e));
         });
     }
     RefinedLevel level;
-    level.topology = cut(base, sharp, level.base_vertices);
+    EvenLevel& even = level.even.emplace();
+    level.topology = cut(base, sharp, even.base_vertices);
     level.features = features;
     level.features.vertex_sharpness.clear();  // in base_sharpness
     if (!level.features.edge_sharpness.empty())
         level.features.edge_sharpness.resize(level.topology.n_edges, kInfinitelySharp);
     const Topology& t = level.topology;
     for (Index v = 0; v < t.n_vertices(); ++v) {
-        const BaseSharpness& s = at[level.base_vertices[v]];
+        const BaseSharpness& s = at[even.base_vertices[v]];
         const Index h = t.vertex_halfedge[v];
         const bool open = h != kInvalidIndex && t.is_border(h);
-        const bool pinned = s.vertex_sharpness >= kInfinitelySharp || s.n_sharp > 2;
-        level.point_kinds.push_back(pinned ? (open ? PointKind::Pinned : PointKind::Spike)
-                                    : !open          ? PointKind::Inner
-                                    : s.n_sharp == 1 ? PointKind::Dart
-                                                     : PointKind::Curve);
-        level.base_sharpness.push_back(s);
+        const bool pinned = is_pinned(s.vertex_sharpness, s.n_sharp);
+        even.point_kinds.push_back(pinned  ? (open ? PointKind::Pinned : PointKind::Spike)
+                                   : !open ? PointKind::Inner
+                                   : s.n_sharp == 1 ? PointKind::Dart
+                                                    : PointKind::Curve);
+        even.base_sharpness.push_back(s);
     }
     return level;
 }
 
-void refine_even(const RefinedLevel& parent, std::shared_ptr<const RefinedPart> part,
-                 int degree, bool parent_is_base, RefinedLevel& level) {
-    level =
-        EvenStep(part ? part->level : parent, parent_is_base).build(degree, part.get());
+void refine_even(const RefinedLevel& parent, const RefinedPart* part, int degree,
+                 bool parent_is_base, RefinedLevel& level) {
+    level = EvenStep(part ? part->level : parent, parent_is_base).build(degree, part);
 }
 
 }  // namespace osdx::detail

@@ -1,28 +1,30 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
+#include "far/refine/odd.h"
+
 #include <algorithm>
 #include <span>
 
 #include "far/mesh/topology_edits.h"
-#include "far/refine/refine_step.h"
-#include "far/refine/stencil_rows.h"
+#include "far/parallel.h"
+#include "far/refine/level_rows.h"
+#include "far/refine/sharpness.h"
+#include "far/refine/smoothing.h"
 
 namespace osdx::detail {
 namespace {
 
 /// The sharpness of the edges and vertices of split(t) after one step.
-Features child_features(const Topology& t, const Features& f) {
-    Features child;
+ResolvedFeatures child_features(const Topology& t, const ResolvedFeatures& f) {
+    ResolvedFeatures child;
     child.boundary = f.boundary;
     child.creases = f.creases;
-    const auto lower = [](double s) {
-        return s >= kInfinitelySharp ? s : std::max(s - 1, 0.0);
-    };
     if (!f.vertex_sharpness.empty()) {
         child.vertex_sharpness.assign(t.n_vertices() + t.n_edges + t.n_faces(), 0.0);
-        for_each_index(t.n_vertices(),
-                       [&](Index v) { child.vertex_sharpness[v] = lower(f.vertex(v)); });
+        for_each_index(t.n_vertices(), [&](Index v) {
+            child.vertex_sharpness[v] = lowered(f.vertex(v));
+        });
     }
     if (!f.hole.empty()) {
         for (Index h = 0; h < t.n_halfedges(); ++h)
@@ -35,7 +37,7 @@ Features child_features(const Topology& t, const Features& f) {
     if (f.creases == CreaseMethod::Uniform) {
         for_each_index(t.n_edges, [&](Index e) {
             child.edge_sharpness[2 * e] = child.edge_sharpness[2 * e + 1] =
-                lower(f.edge(e));
+                lowered(f.edge(e));
         });
         return child;
     }
@@ -43,19 +45,11 @@ Features child_features(const Topology& t, const Features& f) {
     for (Index h = t.n_halfedges(); h-- > 0;)
         first_vertex[t.edge[h]] = t.vertex[h];
     for_each_index(t.n_vertices(), [&](Index v) {
-        double sum = 0;
-        int n_semi_sharp = 0;
+        Meeting meeting;
+        t.for_each_edge(v, [&](Index e, Index) { meeting.add(f.edge(e)); });
         t.for_each_edge(v, [&](Index e, Index) {
-            if (f.edge(e) > 0 && f.edge(e) < kInfinitelySharp) {
-                sum += f.edge(e);
-                ++n_semi_sharp;
-            }
-        });
-        t.for_each_edge(v, [&](Index e, Index) {
-            double s = f.edge(e);
-            if (s > 0 && s < kInfinitelySharp && n_semi_sharp > 1)
-                s = 0.75 * s + 0.25 * (sum - s) / (n_semi_sharp - 1);
-            child.edge_sharpness[2 * e + (v == first_vertex[e] ? 0 : 1)] = lower(s);
+            child.edge_sharpness[2 * e + (v == first_vertex[e] ? 0 : 1)] =
+                meeting.lowered(f.edge(e), f.creases);
         });
     });
     return child;
@@ -252,7 +246,7 @@ private:
         }
     }
 
-    /// The point of an edge between faces F0 and F1: f (F0 + F1) + (1/2 - f) (V0 + V1).
+    /// See half_face_weight().
     template <class Add>
     void add_edge_point(Index v, double w, Add&& add) const {
         const Index first_face = mesh_.n_vertices() + mesh_.n_edges;
@@ -261,7 +255,7 @@ private:
             if (to >= first_face) {
                 const bool triangle =
                     features_.smooth_triangles && mesh_.face_size(to - first_face) == 3;
-                f += 0.5 * (triangle ? kSmoothTriangle : 0.25);
+                f += half_face_weight(triangle);
             }
         });
         quads_.for_each_edge(
@@ -286,9 +280,9 @@ private:
     }
 
     const Topology& mesh_;
-    const Features& features_;
+    const ResolvedFeatures& features_;
     const Topology& quads_;
-    const Features& child_;
+    const ResolvedFeatures& child_;
     Flags sharp_;
 };
 
@@ -404,7 +398,7 @@ void refine_odd(const RefinedLevel& parent, std::shared_ptr<const RefinedPart> p
 
 void keep_sharp(RefinedLevel& level) {
     const Topology& t = level.topology;
-    const Features& f = level.features;
+    const ResolvedFeatures& f = level.features;
     for_each_index(level.sharp.size(), [&](Index v) {
         if (!level.sharp[v])
             return;

@@ -4,58 +4,18 @@
 #include "far/refine/refinement.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cassert>
 #include <deque>
 #include <numeric>
 
 #include "far/mesh/topology_edits.h"
 #include "far/parallel.h"
-#include "far/refine/refine_step.h"
+#include "far/refine/even.h"
+#include "far/refine/level_rows.h"
+#include "far/refine/odd.h"
 #include "far/refine/stencil_rows.h"
 
 namespace osdx {
-namespace detail {
-
-StencilTable identity_stencils(Index n) {
-    StencilTable s;
-    for (Index i = 0; i < n; ++i) {
-        s.add(i, 1.0);
-        s.end_row();
-    }
-    return s;
-}
-
-Flags vertices_beside_gaps(const RefinedLevel& level) {
-    const Topology& t = level.topology;
-    Flags result(level.gap.empty() ? 0 : t.n_vertices());
-    std::atomic<bool> any = false;
-    for_each_index(result.empty() ? 0 : t.n_halfedges(), [&](Index h) {
-        if (!t.is_border(h) || !level.is_gap(t.edge[h]))
-            return;
-        any.store(true, std::memory_order_relaxed);
-        set_flag(result[t.vertex[h]]);
-        set_flag(result[t.to_vertex(h)]);
-    });
-    if (!any)
-        result.clear();
-    return result;
-}
-
-Flags vertices_beside_unknown(const Topology& t, const Flags& known) {
-    Flags result(t.n_vertices());
-    for_each_index(t.n_faces(), [&](Index f) {
-        const Index begin = t.face_offsets[f], end = t.face_offsets[f + 1];
-        bool all = true;
-        for (Index h = begin; h < end; ++h)
-            all &= known[t.vertex[h]] != 0;
-        for (Index h = begin; h < end && !all; ++h)
-            set_flag(result[t.vertex[h]]);
-    });
-    return result;
-}
-
-}  // namespace detail
 
 StencilTable split_stencils(const Topology& t) {
     // Vertices stay, edges and faces take the middle.
@@ -81,92 +41,20 @@ StencilTable split_stencils(const Topology& t) {
     });
 }
 
-namespace {
-
-/// The part of a level that has the faces `keep`.
-std::shared_ptr<const detail::RefinedPart> part_of(const RefinedLevel& level,
-                                                   const Flags& keep) {
-    Submesh sub = submesh(level.topology, keep);
-    auto result = std::make_shared<detail::RefinedPart>();
-    RefinedLevel& part = result->level;
-    const auto select = [](const auto& from, const Buffer<Index>& which, auto& to) {
-        if (from.empty())
-            return;
-        to.resize(which.size());
-        detail::for_each_index(which.size(), [&](Index i) { to[i] = from[which[i]]; });
-    };
-    part.features.boundary = level.features.boundary;
-    part.features.creases = level.features.creases;
-    part.features.smooth_triangles = level.features.smooth_triangles;
-    select(level.features.edge_sharpness, sub.edges, part.features.edge_sharpness);
-    for (const Index f : sub.faces) {
-        if (!level.features.hole.empty())
-            part.features.hole.push_back(level.features.hole[f]);
-    }
-    select(level.face_kinds, sub.faces, part.face_kinds);
-    select(level.gap, sub.edges, part.gap);
-    if (sub.faces.size() < level.topology.n_faces()) {
-        part.gap.resize(sub.topology.n_edges);
-        detail::for_each_index(sub.topology.n_halfedges(), [&](Index h) {
-            if (sub.topology.is_border(h) && !level.topology.is_border(sub.halfedges[h]))
-                part.gap[sub.topology.edge[h]] = true;
-        });
-    }
-    // Points without faces come with the faces and edges that they are for.
-    const auto take_point = [&](Index point) {
-        sub.topology.vertex_halfedge.push_back(kInvalidIndex);
-        sub.vertices.push_back(point);
-        return sub.topology.n_vertices() - 1;
-    };
-    if (!level.rays.empty()) {
-        for (const Index e : sub.edges) {
-            const Index ray = level.edge_rays[e];
-            part.edge_rays.push_back(kInvalidIndex);
-            if (ray == kInvalidIndex)
-                continue;
-            part.edge_rays.back() = static_cast<Index>(part.rays.size());
-            part.rays.push_back(
-                {take_point(level.rays[ray].point), level.rays[ray].sharpness});
-        }
-    }
-    std::vector<Index> face(level.junctions.empty() ? 0 : level.topology.n_faces(),
-                            kInvalidIndex);
-    for (Index f = 0; f < sub.faces.size() && !face.empty(); ++f)
-        face[sub.faces[f]] = f;
-    for (const Junction& j : level.junctions) {
-        if (face[j.face] == kInvalidIndex)
-            continue;
-        part.junctions.push_back(j);
-        part.junctions.back().face = face[j.face];
-        part.junctions.back().point = take_point(j.point);
-    }
-    select(level.features.vertex_sharpness, sub.vertices, part.features.vertex_sharpness);
-    select(level.sharp, sub.vertices, part.sharp);
-    select(level.known, sub.vertices, part.known);
-    select(level.point_kinds, sub.vertices, part.point_kinds);
-    select(level.base_sharpness, sub.vertices, part.base_sharpness);
-    part.topology = std::move(sub.topology);
-    result->vertices = std::move(sub.vertices);
-    result->halfedges = std::move(sub.halfedges);
-    return result;
-}
-
-}  // namespace
-
 Refinement::Refinement(Topology base, int degree, Features features)
     : degree_(degree), n_base_points_(base.n_vertices()) {
     assert(degree >= kMinDegree && degree <= kMaxDegree);
     const std::vector<Index> borders = border_halfedges(base);
     const bool has_sharp =
         !features.edge_sharpness.empty() || !features.vertex_sharpness.empty();
-    features = with_border(base, std::move(features), borders);
+    ResolvedFeatures resolved = resolve(base, std::move(features), borders);
     if (degree % 2 == 0) {
-        levels_.push_back(detail::even_base(std::move(base), features));
+        levels_.push_back(detail::even_base(std::move(base), resolved));
         return;
     }
     RefinedLevel level;
     level.topology = std::move(base);
-    level.features = std::move(features);
+    level.features = std::move(resolved);
     if (has_sharp || !borders.empty())
         level.sharp.resize(level.topology.n_vertices(), has_sharp);
     for (const Index h : borders)
@@ -184,7 +72,7 @@ void Refinement::add_refined(std::shared_ptr<const detail::RefinedPart> part) {
     if (degree_ % 2 == 1)
         detail::refine_odd(parent, std::move(part), degree_, level);
     else
-        detail::refine_even(parent, std::move(part), degree_, parent_is_base, level);
+        detail::refine_even(parent, part.get(), degree_, parent_is_base, level);
 }
 
 void Refinement::add_level() {
@@ -195,7 +83,7 @@ void Refinement::add_level() {
 }
 
 void Refinement::add_level(const Flags& keep) {
-    const auto part = part_of(levels_.back(), keep);
+    const auto part = detail::part_of(levels_.back(), keep);
     auto children = detail::filled(levels_.back().topology.n_halfedges(), kInvalidIndex);
     detail::for_each_index(part->halfedges.size(),
                            [&](Index h) { children[part->halfedges[h]] = h; });
@@ -217,9 +105,9 @@ std::vector<StencilTable> Refinement::factors(int level) const {
 
 std::vector<Vec3<double>> Refinement::points(std::span<const Vec3<double>> base) const {
     std::vector<Vec3<double>> in(base.begin(), base.end()), out;
-    if (!levels_[0].base_vertices.empty()) {
+    if (!base_vertices().empty()) {
         in.clear();
-        for (const Index v : levels_[0].base_vertices)
+        for (const Index v : base_vertices())
             in.push_back(base[v]);
     }
     for (int l = 1; l < n_levels(); ++l) {
@@ -232,11 +120,24 @@ std::vector<Vec3<double>> Refinement::points(std::span<const Vec3<double>> base)
     return in;
 }
 
+namespace {
+
+StencilTable identity_stencils(Index n) {
+    StencilTable s;
+    for (Index i = 0; i < n; ++i) {
+        s.add(i, 1.0);
+        s.end_row();
+    }
+    return s;
+}
+
+}  // namespace
+
 StencilTable Refinement::stencils() const {
     const Index n_base = n_base_points_;
-    StencilTable product = detail::identity_stencils(levels_[0].topology.n_vertices());
-    if (!levels_[0].base_vertices.empty())
-        std::ranges::copy(levels_[0].base_vertices, product.indices.begin());
+    StencilTable product = identity_stencils(levels_[0].topology.n_vertices());
+    if (!base_vertices().empty())
+        std::ranges::copy(base_vertices(), product.indices.begin());
     for (int l = 1; l < n_levels(); ++l) {
         for (const StencilTable& factor : factors(l))
             product = compose(factor, product, n_base);
@@ -328,7 +229,7 @@ Refinement::Chain Refinement::chain(std::vector<Flags> wanted,
         for (Index r = 0; r < factor.tables[chunk.chunk].n_rows(); ++r)
             factor.place[factor.rows[begin + r]] += n_base_points_ + factor.first;
     });
-    const std::vector<Index>& base_vertices = levels_[0].base_vertices;
+    const std::span<const Index> base_vertices = this->base_vertices();
     for_each_table([&](const Chunk& chunk, std::size_t f, std::size_t begin) {
         const WantedRows& factor = factors[f];
         const StencilTable& table = factor.tables[chunk.chunk];

@@ -51,8 +51,8 @@ public:
     template <class V>
     void points(std::span<const V> base, std::span<V> out) const {
         std::vector<V> in(base.begin(), base.end()), next;
-        const std::vector<Index>& origins = refinement_.level(0).base_vertices;
-        if (!origins.empty()) {
+        if (const auto& even = refinement_.level(0).even) {
+            const std::vector<Index>& origins = even->base_vertices;
             in.resize(origins.size());
             std::ranges::transform(origins, in.begin(), [&](Index v) { return base[v]; });
         }

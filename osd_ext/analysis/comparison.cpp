@@ -32,15 +32,12 @@ struct Sums {
     }
 };
 
-bool is_hole(const Features& features, Index face) {
-    return !features.hole.empty() && features.hole[face];
-}
-
 /// Per face: whether an infinitely sharp crease touches it. Borders are none.
-std::vector<bool> faces_at_creases(const Topology& base, const Features& features) {
+std::vector<bool> faces_at_creases(const Topology& base,
+                                   const ResolvedFeatures& features) {
     std::vector<bool> faces(base.n_faces(), false);
     for (Index h = 0; h < base.n_halfedges(); ++h) {
-        if (base.is_border(h) || features.edge(base.edge[h]) < kInfinitelySharp)
+        if (base.is_border(h) || !is_infinitely_sharp(features.edge(base.edge[h])))
             continue;
         base.for_each_outgoing(base.vertex[h],
                                [&](Index out) { faces[base.face(out)] = true; });
@@ -63,7 +60,7 @@ Vec3<double> clear_normal(const SurfaceJet<double>& s) {
 }
 
 /// Samples (m + 1)^2 points of each quarter, with the weights of the trapezoidal rule.
-Result<Sums> measure_one_way(const Topology& base, const Features& features,
+Result<Sums> measure_one_way(const Topology& base, const ResolvedFeatures& features,
                              const SurfaceFunction& from, const SurfaceFunction& to,
                              int rate, double unit) {
     std::optional<TessellatedScene> scene;
@@ -118,7 +115,7 @@ Result<Sums> measure_one_way(const Topology& base, const Features& features,
     return detail::sum_over<Sums>(base.n_halfedges(), 16,
                                   [&](Index begin, Index end, Sums& sums) {
                                       for (Index q = begin; q < end; ++q) {
-                                          if (!is_hole(features, base.face(q)))
+                                          if (!features.is_hole(base.face(q)))
                                               measure_quarter(q, sums);
                                       }
                                   });
@@ -131,7 +128,8 @@ double root_mean(double squares, double area) {
 
 }  // namespace
 
-Result<SurfaceDistance> measure_distance(const Topology& base, const Features& features,
+Result<SurfaceDistance> measure_distance(const Topology& base,
+                                         const ResolvedFeatures& features,
                                          const SurfaceFunction& from,
                                          const SurfaceFunction& to, int rate,
                                          double unit) {
@@ -162,7 +160,7 @@ Result<double> isolation_error(const Topology& base, const Features& features,
         LimitSurface::build(base, features, positions, isolation + 2);
     if (!b)
         return b.error();
-    const Features bordered = with_border(base, features);
+    const ResolvedFeatures resolved = resolve(base, features);
     // Towards the corner and towards the face centre, past the isolation: elsewhere, and on
     // the points themselves, both are exact.
     double worst = 0;
@@ -170,11 +168,11 @@ Result<double> isolation_error(const Topology& base, const Features& features,
                           fine = surface_function(base, *b);
     const auto sample = [&](const QuarterPoint& q) {
         const ClosestPoint there =
-            closest_point(base, bordered, fine, coarse(q).p, q, 1e-12 * unit);
+            closest_point(base, resolved, fine, coarse(q).p, q, 1e-12 * unit);
         worst = std::max(worst, there.distance);
     };
     for (Index quarter = 0; quarter < base.n_halfedges(); ++quarter) {
-        if (is_hole(bordered, base.face(quarter)))
+        if (resolved.is_hole(base.face(quarter)))
             continue;
         double r = 1;
         for (int k = 0; k < isolation + 4; ++k, r /= 2) {

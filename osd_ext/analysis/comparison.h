@@ -7,6 +7,7 @@
 #include <span>
 
 #include <osdx/features.h>
+#include <osdx/resolved_features.h>
 #include <osdx/result.h>
 #include <osdx/tessellation.h>
 #include <osdx/topology.h>
@@ -31,10 +32,10 @@ struct SurfaceDistance {
 /// where a surface has no normal are left out.
 ///
 /// Threads: goes wide; the result does not depend on their number.
-/// \param features  of base, by with_border()
 /// \param unit  lengths are divided by it
 /// \pre rate is even
-Result<SurfaceDistance> measure_distance(const Topology& base, const Features& features,
+Result<SurfaceDistance> measure_distance(const Topology& base,
+                                         const ResolvedFeatures& features,
                                          const SurfaceFunction& from,
                                          const SurfaceFunction& to, int rate,
                                          double unit);

@@ -107,7 +107,7 @@ void measure_cell(const Surface& surface, const Cell& cell, int rate, Jumps& jum
                     break;
                 const Index h = halfedge_of_side(base, here.quarter, quarter_side);
                 is_sharp = h != kInvalidIndex &&
-                           surface.features().edge(base.edge[h]) >= kInfinitelySharp;
+                           is_infinitely_sharp(surface.features().edge(base.edge[h]));
                 // Crossing side 0 or 2 turns the frame by +90 degrees, 1 or 3 by -90.
                 towards = turn(towards, quarter_side % 2 == 0 ? 1 : 3);
             }

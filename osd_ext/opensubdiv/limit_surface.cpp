@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <osdx/opensubdiv/limit_surface.h>
+#include <osdx/resolved_features.h>
 
 #ifdef OSDX_HAS_OPENSUBDIV
 #include <opensubdiv/far/patchMap.h>
@@ -33,16 +34,16 @@ struct Point {
     void AddWithWeight(const Point& other, double weight) { p += weight * other.p; }
 };
 
-/// What with_border() makes of the border goes to OpenSubdiv as corners and holes: its own
+/// What resolve() makes of the border goes to OpenSubdiv as corners and holes: its own
 /// rules for the border would make holes once more, of edges that are sharp by now.
-std::unique_ptr<Osd::Far::TopologyRefiner> make_refiner(const Topology& base,
-                                                        const Features& features) {
+std::unique_ptr<Osd::Far::TopologyRefiner> make_refiner(
+    const Topology& base, const ResolvedFeatures& features) {
     std::vector<int> sizes(base.n_faces());
     std::vector<int> creases, corners, holes;
     std::vector<float> crease_sharpness, corner_sharpness;
     for (Index f = 0; f < base.n_faces(); ++f) {
         sizes[f] = static_cast<int>(base.face_size(f));
-        if (!features.hole.empty() && features.hole[f])
+        if (features.is_hole(f))
             holes.push_back(static_cast<int>(f));
     }
     for (Index h = 0; h < base.n_halfedges(); ++h) {
@@ -101,7 +102,7 @@ struct LimitSurface::Impl {
 Result<LimitSurface> LimitSurface::build(const Topology& base, const Features& features,
                                          std::span<const Vec3<double>> positions,
                                          int isolation) {
-    const auto refiner = make_refiner(base, with_border(base, features));
+    const auto refiner = make_refiner(base, resolve(base, features));
     if (!refiner)
         return fail(ErrorCode::DeviceFailure, "OpenSubdiv refuses the mesh");
     Osd::Far::PatchTableFactory::Options options(static_cast<unsigned>(isolation));

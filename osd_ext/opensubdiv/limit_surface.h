@@ -34,7 +34,7 @@ public:
     /// The deepest level that OpenSubdiv takes.
     static constexpr int kMaxIsolation = 10;
 
-    /// \param features  of base; with_border() or not
+    /// \param features  of base, resolved or not
     /// \param isolation  level to which irregular regions are refined, 1 to kMaxIsolation
     /// \pre base outlives the surface; positions.size() == base.n_vertices()
     /// \return NotBuilt without OpenSubdiv, or DeviceFailure where it refuses the mesh
@@ -49,7 +49,7 @@ public:
     Index n_patches() const noexcept;  ///< of all levels
 
     /// Position and first and second derivatives in (u, v).
-    /// \pre where.face is no hole of with_border()
+    /// \pre where.face is no hole of resolve()
     SurfaceJet<double> evaluate(const Address& where) const noexcept;
 
 private:

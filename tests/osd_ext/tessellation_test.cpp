@@ -12,6 +12,7 @@
 #include <tbb/global_control.h>
 
 #include <osdx/openmesh.h>
+#include <osdx/resolved_features.h>
 #include <osdx/surface.h>
 #include <osdx/tessellation.h>
 
@@ -189,11 +190,10 @@ struct Facets {
 
 /// The faces without holes are an oriented surface whose border is that of the faces: `rate`
 /// segments for each edge with one face.
-void expect_border(const Tessellation& t, const Topology& base, const Features& features,
-                   int rate) {
+void expect_border(const Tessellation& t, const Topology& base,
+                   const ResolvedFeatures& features, int rate) {
     const auto is_there = [&](Index h) {
-        return h != kInvalidIndex &&
-               (features.hole.empty() || !features.hole[base.face(h)]);
+        return h != kInvalidIndex && !features.is_hole(base.face(h));
     };
     std::size_t n_border = 0;
     for (Index h = 0; h < base.n_halfedges(); ++h)
@@ -218,7 +218,7 @@ TEST(Tessellation, KeepsTheBordersOfOpenMeshes) {
         const Topology base = topology_of(m.data);
         for (int rate = 1; rate <= 4; ++rate) {
             SCOPED_TRACE(testing::Message() << m.name << ", rate " << rate);
-            const Features features = with_border(base, {});
+            const ResolvedFeatures features = resolve(base, {});
             const Tessellation t = tessellate(base, features, rate, Facets{m.data, base});
             expect_border(t, base, features, rate);
             // All sharp edges are at the border.
@@ -230,7 +230,7 @@ TEST(Tessellation, KeepsTheBordersOfOpenMeshes) {
 TEST(Tessellation, LeavesHolesOut) {
     for (const NamedMesh& m : closed_meshes()) {
         const Topology base = topology_of(m.data);
-        Features features;
+        ResolvedFeatures features;
         features.hole.resize(base.n_faces());
         for (Index f = 0; f < base.n_faces(); ++f)
             features.hole[f] = f % 3 == 0 || f == 1;
@@ -254,7 +254,7 @@ TEST(Tessellation, LeavesHolesOut) {
 TEST(Tessellation, OfHolesOnlyIsEmpty) {
     const MeshData mesh = cube();
     const Topology base = topology_of(mesh);
-    Features features;
+    ResolvedFeatures features;
     features.hole.assign(6, true);
     const Tessellation t = tessellate(base, features, 3, Facets{mesh, base});
     EXPECT_TRUE(t.positions.empty());
@@ -289,14 +289,14 @@ TEST(Tessellation, HasANormalForEachSideOfSharpEdges) {
         const Topology base = topology_of(m.data);
         const Facets faces{m.data, base};
         for (const Index sparsity : {1u, 2u, 4u, 9u}) {
-            Features features;
-            features.edge_sharpness.resize(base.n_edges);
-            for (double& s : features.edge_sharpness)
+            Features given;
+            given.edge_sharpness.resize(base.n_edges);
+            for (double& s : given.edge_sharpness)
                 s = random() % sparsity == 0 ? kInfinitelySharp : 9.5;
-            features.hole.resize(base.n_faces());
+            given.hole.resize(base.n_faces());
             for (Index f = 0; f < base.n_faces(); ++f)
-                features.hole[f] = random() % 8 == 0;
-            features = with_border(base, std::move(features));
+                given.hole[f] = random() % 8 == 0;
+            const ResolvedFeatures features = resolve(base, std::move(given));
             const int rate = 1 + static_cast<int>(random() % 4);
             SCOPED_TRACE(testing::Message()
                          << m.name << ", sparsity " << sparsity << ", rate " << rate);
@@ -397,7 +397,7 @@ TEST(Tessellation, HasANormalForEachSideOfSharpEdges) {
 TEST(Tessellation, FacetsOfASharpCubeAreFlat) {
     const MeshData mesh = cube();
     const Topology base = topology_of(mesh);
-    Features features;
+    ResolvedFeatures features;
     features.edge_sharpness.assign(base.n_edges, kInfinitelySharp);
     const Tessellation t = tessellate(base, features, 3, Facets{mesh, base});
     EXPECT_EQ(t.positions.size(), 8u + 12 * 2 + 6 * 4);
@@ -417,7 +417,7 @@ TEST(Tessellation, FacetsOfASharpCubeAreFlat) {
 TEST(Tessellation, ASharpEdgeThatEndsHasOneNormalThere) {
     const MeshData mesh = torus(4, 5);
     const Topology base = topology_of(mesh);
-    Features features;
+    ResolvedFeatures features;
     features.edge_sharpness.assign(base.n_edges, 0.0);
     features.edge_sharpness[7] = kInfinitelySharp;
     const Tessellation t = tessellate(base, features, 4, Facets{mesh, base});

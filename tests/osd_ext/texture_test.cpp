@@ -253,7 +253,7 @@ TEST(Texture, IsCarriedIntoTessellations) {
         const TextureSurface texture = texture_of(mesh);
         const Topology base = topology_of(mesh);
         const Topology& cut = texture.channel().topology;
-        Features features;
+        const ResolvedFeatures features;
         for (const int rate : {1, 2, 3}) {
             SCOPED_TRACE(testing::Message() << m.name << ", rate " << rate);
             Tessellation t = tessellate(base, features, rate, [](const QuarterPoint&) {
@@ -304,7 +304,7 @@ TEST(Texture, LeavesHolesOut) {
     MeshData mesh = with_random_uvs(torus(4, 5), 1);
     mesh.tags = {{"hole", {0, 3, 4, 19}, {}, {}, 0}};
     const TextureSurface texture = texture_of(mesh);
-    Features features;
+    ResolvedFeatures features;
     features.hole.assign(20, false);
     for (const Index f : {0, 3, 4, 19})
         features.hole[f] = true;

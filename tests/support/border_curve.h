@@ -105,8 +105,6 @@ private:
         }
     }
 
-    static bool is_semi_sharp(double s) { return s > 0 && s < kInfinitelySharp; }
-
     const Topology& base_;
     const Features& features_;
     std::span<const Vec3<double>> points_;

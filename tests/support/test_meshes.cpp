@@ -16,6 +16,7 @@
 #include <glm/geometric.hpp>
 
 #include <osdx/build_topology.h>
+#include <osdx/resolved_features.h>
 
 namespace osdx::test {
 namespace {
@@ -655,7 +656,7 @@ Features features_of(const MeshData& mesh) {
 }
 
 std::vector<SharpCurve> sharp_curves(const MeshData& mesh) {
-    const Features f = with_border(topology_of(mesh), features_of(mesh));
+    const ResolvedFeatures f = resolve(topology_of(mesh), features_of(mesh));
     const Topology t = topology_of(mesh);
     const auto is_sharp = [&](Index h) { return f.edge(t.edge[h]) >= kInfinitelySharp; };
     const auto n_sharp = [&](Index v) {

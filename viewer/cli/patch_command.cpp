@@ -13,6 +13,7 @@
 #include <osdx/build_topology.h>
 #include <osdx/features.h>
 #include <osdx/file.h>
+#include <osdx/resolved_features.h>
 
 #include "eval/bases/gregory.h"
 #include "eval/bases/patch_basis.h"
@@ -258,7 +259,7 @@ Result<Json> evaluate_gregory(const GregoryNet& net) {
     const Result<Features> tagged = build_features(net.mesh, topology);
     if (!tagged)
         return tagged.error();
-    const Features features = with_border(topology, *tagged);
+    const ResolvedFeatures features = resolve(topology, *tagged);
     if (const Status s = check_gregory(net.mesh, topology, features); !s)
         return s.error();
     const auto n = static_cast<int>(topology.face_size(0));

@@ -58,7 +58,7 @@ Json sharpness_report(const std::vector<double>& sharpness) {
     Index semi_sharp = 0, infinitely_sharp = 0;
     double largest = 0;
     for (const double s : sharpness) {
-        if (s >= kInfinitelySharp) {
+        if (is_infinitely_sharp(s)) {
             ++infinitely_sharp;
         } else if (s > 0) {
             ++semi_sharp;

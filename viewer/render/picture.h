@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include <osdx/resolved_features.h>
 #include <osdx/surface.h>
 #include <osdx/texture.h>
 #include <osdx/topology.h>
@@ -61,8 +62,9 @@ struct PatchLook {
 /// A surface to be painted. Functions are called from several threads at the same time.
 struct PictureInput {
     const Topology* base = nullptr;
-    const Features* features = nullptr;  ///< as PatchTable::features(); null: it has none
-    SurfaceFunction surface;             ///< with all derivatives
+    const ResolvedFeatures* features =
+        nullptr;              ///< as PatchTable::features(); null: it has none
+    SurfaceFunction surface;  ///< with all derivatives
     std::string title;
 
     std::function<PatchLook(const QuarterPoint&)> patch;  ///< for Shade::Patches

@@ -87,8 +87,8 @@ Status check_finite(const Tessellation& t) {
 
 }  // namespace
 
-const Features& Scene::features() const noexcept {
-    static const Features none;
+const ResolvedFeatures& Scene::features() const noexcept {
+    static const ResolvedFeatures none;
     return input_->features ? *input_->features : none;
 }
 

@@ -66,7 +66,7 @@ public:
 private:
     explicit Scene(const PictureInput& input) : input_(&input) {}
 
-    const Features& features() const noexcept;
+    const ResolvedFeatures& features() const noexcept;
     const Vec3<double>& corner(Index c) const noexcept {
         return tessellation_.positions[tessellation_.facet_points[c]];
     }

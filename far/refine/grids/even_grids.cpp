@@ -9,13 +9,12 @@
 
 #include <osdx/buffer.h>
 
+#include "far/refine/even.h"
 #include "far/refine/grids/point_rows.h"
-#include "far/refine/refine_step.h"
 
 namespace osdx {
 
 bool EvenGrids::takes(const Features& f) {
-    const auto is_semi_sharp = [](double s) { return s > 0 && s < kInfinitelySharp; };
     return std::ranges::none_of(f.edge_sharpness, is_semi_sharp) &&
            std::ranges::none_of(f.vertex_sharpness, is_semi_sharp);
 }
@@ -29,11 +28,11 @@ EvenGrids::EvenGrids(Topology base, int degree, int n_levels, const Features& fe
     assert(degree % 2 == 0 && degree >= kMinDegree && degree <= kMaxDegree);
     assert(n_levels >= 1 && takes(features));
     size_ = Index(1) << (n_levels - 1);
-    const Features with = with_border(base, features);
+    const ResolvedFeatures with = resolve(base, features);
     RefinedLevel cut = detail::even_base(std::move(base), with);
     base_ = std::move(cut.topology);
-    base_vertices_ = std::move(cut.base_vertices);
-    kinds_ = std::move(cut.point_kinds);
+    base_vertices_ = std::move(cut.even->base_vertices);
+    kinds_ = std::move(cut.even->point_kinds);
 
     border_number_.assign(base_.n_halfedges(), kInvalidIndex);
     for (Index h = 0; h < base_.n_halfedges(); ++h) {

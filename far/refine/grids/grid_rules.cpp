@@ -7,34 +7,11 @@
 #include <tuple>
 #include <utility>
 
-#include "far/refine/refine_step.h"
+#include "far/refine/sharpness.h"
+#include "far/refine/smoothing.h"
 
 namespace osdx::detail {
 namespace {
-
-bool is_semi_sharp(double s) {
-    return s > 0 && s < kInfinitelySharp;
-}
-
-double lowered(double s) {
-    return s >= kInfinitelySharp ? s : std::max(s - 1, 0.0);
-}
-
-/// The semi-sharp creases that meet at a vertex.
-struct Meeting {
-    double sum = 0;
-    int n = 0;
-    void add(double s) {
-        if (is_semi_sharp(s)) {
-            sum += s;
-            ++n;
-        }
-    }
-    /// Chaikin's average of one of them.
-    double average(double s) const {
-        return is_semi_sharp(s) && n > 1 ? 0.75 * s + 0.25 * (sum - s) / (n - 1) : s;
-    }
-};
 
 /// Values of some of many vertices.
 template <class T>
@@ -99,7 +76,7 @@ GridRules rules_after_split(const GridRules& rules, const Topology& mesh) {
     return result;
 }
 
-GridSharpness::GridSharpness(const Topology& mesh, const Features& f)
+GridSharpness::GridSharpness(const Topology& mesh, const ResolvedFeatures& f)
     : method_(f.creases), smooth_triangles_(f.smooth_triangles) {
     for (Index h = 0; h < mesh.n_halfedges() && !f.edge_sharpness.empty(); ++h) {
         if (h < mesh.twin[h] && f.edge(mesh.edge[h]) > 0)
@@ -115,7 +92,8 @@ std::vector<GridSharpness::Edge> GridSharpness::finer_edges(const QuadGrids& g) 
     std::vector<Edge> finer = edges_;
     if (method_ == CreaseMethod::Uniform) {
         for (Edge& e : finer)
-            std::ranges::transform(e.segments, e.segments.begin(), lowered);
+            std::ranges::transform(e.segments, e.segments.begin(),
+                                   [](double s) { return lowered(s); });
         return finer;
     }
     OfVertices<Meeting> meetings(g.roots.n_vertices());
@@ -135,12 +113,12 @@ std::vector<GridSharpness::Edge> GridSharpness::finer_edges(const QuadGrids& g) 
             m.add(e.at(t));
             return m;
         };
-        if (e.at(0) >= kInfinitelySharp)
+        if (is_infinitely_sharp(e.at(0)))
             continue;
         finer[i].segments.clear();
         for (Index t = 0; t < 2 * g.size; ++t)
             finer[i].segments.push_back(
-                lowered(meeting((t + 1) / 2).average(e.at(t / 2))));
+                meeting((t + 1) / 2).lowered(e.at(t / 2), method_));
     }
     return finer;
 }
@@ -219,7 +197,7 @@ GridRules GridSharpness::step(const QuadGrids& coarse) {
         rules.face_weights.assign(t.n_edges, 0.0);
         for (Index h = 0; h < t.n_halfedges(); ++h) {
             rules.face_weights[t.edge[h]] +=
-                0.5 * (t.face_size(t.face(h)) == 3 ? kSmoothTriangle : 0.25);
+                half_face_weight(t.face_size(t.face(h)) == 3);
         }
         smooth_triangles_ = false;
     }
@@ -245,7 +223,7 @@ void GridSharpness::split_edges(const Topology& mesh, const Topology& split) {
     edges_ = std::move(halves);
 }
 
-void GridSharpness::write(const QuadGrids& g, Features& f) const {
+void GridSharpness::write(const QuadGrids& g, ResolvedFeatures& f) const {
     f.smooth_triangles = smooth_triangles_;
     f.edge_sharpness.clear();
     f.vertex_sharpness.clear();

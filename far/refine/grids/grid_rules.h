@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-#include <osdx/features.h>
+#include <osdx/resolved_features.h>
 #include <osdx/topology.h>
 #include <osdx/types.h>
 
@@ -50,8 +50,7 @@ GridRules rules_after_split(const GridRules& rules, const Topology& mesh);
 /// The sharpness of a level, and the rules from it to the next.
 class GridSharpness {
 public:
-    /// \param features  with_border()
-    GridSharpness(const Topology& mesh, const Features& features);
+    GridSharpness(const Topology& mesh, const ResolvedFeatures& features);
 
     /// The rules of a step. Afterwards the sharpness is that of the finer level.
     GridRules step(const QuadGrids& coarse);
@@ -60,7 +59,7 @@ public:
     void split_edges(const Topology& mesh, const Topology& split);
 
     /// By the numbers of the grids; features of other kinds are left as they are.
-    void write(const QuadGrids& grids, Features& features) const;
+    void write(const QuadGrids& grids, ResolvedFeatures& features) const;
 
 private:
     /// Of a root edge: of each of its segments from the start on, or one for all of them.

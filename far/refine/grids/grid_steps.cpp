@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "far/refine/grids/point_rows.h"
-#include "far/refine/refine_step.h"
+#include "far/refine/smoothing.h"
 
 namespace osdx::detail {
 namespace {

@@ -29,7 +29,7 @@ OddGrids::OddGrids(Topology base, int degree, int n_levels, const Features& feat
     : degree_(degree),
       n_levels_(n_levels),
       roots_(std::move(base)),
-      features_(with_border(roots_, features)),
+      features_(resolve(roots_, features)),
       sharpness_(roots_, features_) {
     assert(degree % 2 == 1 && degree >= kMinDegree && degree <= kMaxDegree);
     for (int l = 0; l < n_levels; ++l) {
@@ -53,8 +53,8 @@ OddGrids::OddGrids(Topology base, int degree, int n_levels, const Features& feat
     features_.vertex_sharpness.clear();
 }
 
-Features OddGrids::features() const {
-    Features f = features_;
+ResolvedFeatures OddGrids::features() const {
+    ResolvedFeatures f = features_;
     sharpness_.write(grids(), f);
     if (!f.hole.empty()) {
         f.hole.clear();

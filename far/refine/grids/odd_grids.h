@@ -9,6 +9,7 @@
 
 #include <osdx/address.h>
 #include <osdx/features.h>
+#include <osdx/resolved_features.h>
 #include <osdx/topology.h>
 #include <osdx/types.h>
 
@@ -45,7 +46,7 @@ public:
     Index n_border_edges() const;  ///< edges with one face
 
     /// The features of the last level by those numbers; the border is infinitely sharp.
-    Features features() const;
+    ResolvedFeatures features() const;
     std::vector<Tag> tags() const;  ///< to_tags() of the last level
 
     /// The faces as MeshData holds them.
@@ -77,7 +78,7 @@ private:
     Index size_ = 1;
     std::vector<detail::GridRules> rules_;  ///< of each step
     detail::GridRules rules_after_polygons_;
-    Features features_;                ///< without sharpness; holes by root
+    ResolvedFeatures features_;        ///< without sharpness; holes by root
     detail::GridSharpness sharpness_;  ///< of the last level
 };
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <glm/geometric.hpp>
@@ -10,6 +11,7 @@
 
 #include <osdx/build_topology.h>
 #include <osdx/features.h>
+#include <osdx/resolved_features.h>
 #include <osdx/surface.h>
 
 #include "far/refine/refinement.h"
@@ -108,13 +110,16 @@ TEST(Features, RefuseTagsThatDoNotFit) {
     }
 }
 
-TEST(Features, WithBorderMakesItSharp) {
+// What reads the border in features cannot be handed plain ones.
+static_assert(!std::is_constructible_v<ResolvedFeatures, Features>);
+
+TEST(Features, ResolvedMakeTheBorderSharp) {
     const Topology t = test::topology_of(test::grid(2, 3));
     for (const BoundaryRule rule :
          {BoundaryRule::None, BoundaryRule::EdgeOnly, BoundaryRule::EdgeAndCorner}) {
         Features plain;
         plain.boundary = rule;
-        const Features f = with_border(t, plain);
+        const ResolvedFeatures f = resolve(t, plain);
         for (Index h = 0; h < t.n_halfedges(); ++h)
             EXPECT_EQ(f.edge(t.edge[h]), t.is_border(h) ? kInfinitelySharp : 0.0);
         for (Index v = 0; v < t.n_vertices(); ++v) {
@@ -122,9 +127,10 @@ TEST(Features, WithBorderMakesItSharp) {
             EXPECT_EQ(f.vertex(v), pinned ? kInfinitelySharp : 0.0);
         }
         for (Index face = 0; face < t.n_faces(); ++face)
-            EXPECT_EQ(!f.hole.empty() && f.hole[face], rule == BoundaryRule::None);
+            EXPECT_EQ(f.is_hole(face), rule == BoundaryRule::None);
+        EXPECT_EQ(resolve(t, f), f);
     }
-    EXPECT_TRUE(with_border(test::topology_of(test::cube()), {}).edge_sharpness.empty());
+    EXPECT_TRUE(resolve(test::topology_of(test::cube()), {}).edge_sharpness.empty());
 }
 
 // Two levels at once, and one level, written and read again, then one more: the same points.

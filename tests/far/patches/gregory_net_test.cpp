@@ -22,6 +22,7 @@
 
 #include <osdx/build_topology.h>
 #include <osdx/mesh_file.h>
+#include <osdx/resolved_features.h>
 
 #include "eval/bases/gregory.h"
 #include "far/refine/refinement.h"
@@ -40,15 +41,15 @@ constexpr double kPi = std::numbers::pi;
 struct Model {
     std::string name;
     Topology topology;
-    Features features;
+    ResolvedFeatures features;
     Net positions;
 
     Model(std::string model_name, const MeshData& data,
           BoundaryRule boundary = BoundaryRule::EdgeOnly)
         : name(std::move(model_name)),
           topology(topology_of(data)),
-          features(with_border(topology,
-                               *build_features(data, topology, {.boundary = boundary}))),
+          features(
+              resolve(topology, *build_features(data, topology, {.boundary = boundary}))),
           positions(data.positions) {}
 
     Net points(Index face, const GregoryRules& options = {}) const {

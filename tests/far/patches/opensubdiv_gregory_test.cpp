@@ -26,6 +26,7 @@
 
 #include <osdx/build_topology.h>
 #include <osdx/mesh_file.h>
+#include <osdx/resolved_features.h>
 
 #include "far/patches/gregory_net.h"
 #include "far/refine/refinement.h"
@@ -142,10 +143,10 @@ struct Count {
 /// All Gregory patches at level 1 of OpenSubdiv.
 Count compare(const MeshData& mesh, BoundaryRule boundary) {
     const Topology base = topology_of(mesh);
-    Features features = *build_features(mesh, base, {.boundary = boundary});
+    Features given = *build_features(mesh, base, {.boundary = boundary});
     const bool corners = boundary == BoundaryRule::EdgeAndCorner;
-    features.boundary = corners ? boundary : BoundaryRule::EdgeOnly;
-    features = with_border(base, features);
+    given.boundary = corners ? boundary : BoundaryRule::EdgeOnly;
+    const ResolvedFeatures features = resolve(base, given);
 
     // Theirs.
     const auto refiner = osd_refiner(base, features);

@@ -16,6 +16,7 @@
 #include <osdx/build_patch_table.h>
 #include <osdx/patch_table.h>
 
+#include "far/patches/isolation_bound.h"
 #include "far/refine/refinement.h"
 #include "tests/support/test_meshes.h"
 
@@ -686,6 +687,122 @@ TEST(PatchTable, LooseVerticesChangeNothing) {
         ASSERT_EQ(actual.table.n_points(), expected.table.n_points() + 1);
         for (Index p = 0; p < expected.table.n_points(); ++p)
             EXPECT_EQ(actual.points[p + 1], expected.points[p]) << "point " << p;
+    }
+}
+
+// ---------------------------------------------------------------------- isolation
+
+/// How many cells of each level wait for the next one: four times as many as the areas of the
+/// leaves beyond it, in cells.
+std::vector<double> open_cells(const PatchTable& table) {
+    std::vector<double> open(table.n_levels(), 0.0);
+    for (const Cell& cell : table.cells()) {
+        // From level 1 on leaves are as large as the cells of their levels.
+        for (int l = 1; l < table.patch(cell.patch).level; ++l)
+            open[l] += std::ldexp(1, 2 * (l - table.patch(cell.patch).level));
+    }
+    return open;
+}
+
+/// As long as there are any on a level.
+Index n_semi_sharp_edges(const Features& features, int level) {
+    const auto n = std::ranges::count_if(features.edge_sharpness, is_semi_sharp);
+    const bool any = std::ranges::any_of(
+        features.edge_sharpness, [&](double s) { return is_semi_sharp(s) && s > level; });
+    return any ? static_cast<Index>(n) : 0;
+}
+
+/// Corners of faces (odd degrees) or vertices (even degrees) that wait for level 1.
+Index first_open_corners(const PatchTable& table) {
+    const Topology& t = table.base();
+    std::vector<bool> open(table.degree() % 2 == 1 ? t.n_faces() : t.n_vertices());
+    const auto cell_of = [&](Index h) {
+        return table.degree() % 2 == 1 ? t.face(h) : t.vertex[h];
+    };
+    for (const Cell& cell : table.cells()) {
+        if (table.patch(cell.patch).level > 0)
+            open[cell_of(cell.quarter)] = true;
+    }
+    Index n = 0;
+    for (Index h = 0; h < t.n_halfedges(); ++h)
+        n += open[cell_of(h)];
+    return n;
+}
+
+// What is left open stays far below its bound, so that only what never ends meets that.
+TEST(Isolation, LeavesLittleOpen) {
+    double closest = 0;
+    for (const auto& meshes : {test::closed_meshes(), test::open_meshes(),
+                               test::creased_meshes(), test::semi_sharp_meshes()}) {
+        for (const auto& [name, mesh] : meshes) {
+            SCOPED_TRACE(name);
+            const Topology base = test::topology_of(mesh);
+            const Features features = test::features_of(mesh);
+            for (int d = kMinDegree; d <= 7; ++d) {
+                SCOPED_TRACE(d);
+                if (!check_surface(mesh, base, features, d))
+                    continue;
+                const PatchTableOptions options{.degree = d};
+                const detail::IsolationBound bound(options);
+                const auto table = build_patch_table(base, features, options);
+                ASSERT_TRUE(table);
+                EXPECT_LT(table->n_levels(), bound.last_level - 2);
+                const std::vector<double> open = open_cells(*table);
+                for (int l = 1; l < table->n_levels(); ++l) {
+                    const double most = bound.most_cells(l, first_open_corners(*table),
+                                                         n_semi_sharp_edges(features, l));
+                    closest = std::max(closest, open[l] / most);
+                }
+            }
+        }
+    }
+    EXPECT_LT(closest, 0.4);
+    EXPECT_GT(closest, 0.01);
+}
+
+/// A torus, one face of which is two triangles.
+MeshData torus_with_triangles() {
+    MeshData mesh = test::torus(16, 16);
+    const std::vector<Index> quad(mesh.face_vertices.end() - 4, mesh.face_vertices.end());
+    mesh.face_vertices.resize(mesh.face_vertices.size() - 4);
+    mesh.face_sizes.back() = 3;
+    mesh.face_sizes.push_back(3);
+    for (const int i : {0, 1, 2, 0, 2, 3})
+        mesh.face_vertices.push_back(quad[i]);
+    return mesh;
+}
+
+// Whether levels or cells are at an end.
+TEST(Isolation, RefusesWhatDoesNotBecomeRegular) {
+    const Topology base = test::topology_of(torus_with_triangles());
+    for (int d = kMinDegree; d <= 7; ++d) {
+        SCOPED_TRACE(d);
+        const PatchTableOptions options{.degree = d};
+        const auto whole = build_patch_table(base, {}, options);
+        ASSERT_TRUE(whole);
+        ASSERT_GT(whole->n_levels(), 2);
+        detail::IsolationBound few_levels(options), few_cells(options);
+        few_cells.cells_of_corner = 0;
+        for (int l = 0; l <= whole->n_levels(); ++l) {
+            few_levels.last_level = l;
+            const bool enough = l >= whole->n_levels() - 1;
+            const auto table = detail::build_patch_table(base, {}, options, few_levels);
+            ASSERT_EQ(table.has_value(), enough) << l;
+            if (enough) {
+                EXPECT_TRUE(*table == *whole);
+                continue;
+            }
+            EXPECT_EQ(table.error().code, ErrorCode::NotIsolated);
+            int deepest = 0;
+            for (const Cell& cell : whole->cells()) {
+                if (whole->base().face(cell.quarter) == table.error().element)
+                    deepest = std::max(deepest, whole->patch(cell.patch).level);
+            }
+            EXPECT_GT(deepest, l);
+        }
+        const auto table = detail::build_patch_table(base, {}, options, few_cells);
+        ASSERT_FALSE(table);
+        EXPECT_EQ(table.error().code, ErrorCode::NotIsolated);
     }
 }
 

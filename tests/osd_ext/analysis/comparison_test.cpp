@@ -17,6 +17,7 @@
 #include <osdx/analysis/continuity.h>
 #include <osdx/opensubdiv/limit_surface.h>
 #include <osdx/query.h>
+#include <osdx/resolved_features.h>
 #include <osdx/surface.h>
 
 #include "tests/support/test_meshes.h"
@@ -173,13 +174,13 @@ TEST(Comparison, IsolationErrorFallsWithIsolation) {
 /// A limit surface with what the comparison asks for.
 struct Limit {
     Topology base;
-    Features features;  // with_border()
+    ResolvedFeatures features;
     std::vector<Vec3<double>> positions;
     std::optional<LimitSurface> surface;
 
     Limit(const MeshData& mesh, Features f)
         : base(topology_of(mesh)),
-          features(with_border(base, std::move(f))),
+          features(resolve(base, std::move(f))),
           positions(mesh.positions) {
         auto built = LimitSurface::build(base, features, positions, 5);
         EXPECT_TRUE(built);
@@ -188,13 +189,10 @@ struct Limit {
     Limit(const Limit&) = delete;
 
     SurfaceFunction function() const { return surface_function(base, *surface); }
-    bool is_hole(Index face) const {
-        return !features.hole.empty() && features.hole[face];
-    }
     ClosestPoint closest(const Vec3<double>& target, const QuarterPoint& start,
                          AtCrease at_crease = AtCrease::Cross) const {
         const SurfaceFunction checked = [&](const QuarterPoint& q) {
-            EXPECT_FALSE(is_hole(base.face(q.quarter)));
+            EXPECT_FALSE(features.is_hole(base.face(q.quarter)));
             return surface->evaluate(to_address(base, q));
         };
         return closest_point(base, features, checked, target, start, 1e-13, at_crease);
@@ -387,7 +385,7 @@ TEST(Comparison, LeavesHolesOut) {
     Features f;
     const Limit whole(mesh, f);  // holes do not change the faces beside them
     f.boundary = BoundaryRule::None;
-    const Features bordered = with_border(whole.base, f);
+    const ResolvedFeatures bordered = resolve(whole.base, f);
     const auto never_in_holes = [&](const SurfaceFunction& surface) -> SurfaceFunction {
         return [&whole, surface](const QuarterPoint& q) {
             EXPECT_EQ(whole.base.face(q.quarter), 4u);
@@ -406,7 +404,7 @@ TEST(Comparison, LeavesHolesOut) {
     // Nothing but holes.
     const MeshData quad = grid(1, 1);
     const Topology base = topology_of(quad);
-    const auto none = measure_distance(base, with_border(base, f), whole.function(),
+    const auto none = measure_distance(base, resolve(base, f), whole.function(),
                                        whole.function(), 4, 1.0);
     ASSERT_TRUE(none);
     EXPECT_EQ(none->n_samples, 0u);

@@ -618,7 +618,7 @@ TEST(ContinuityAtBorders, CellsCoverWhatIsNoHole) {
         meshes.push_back(std::move(mesh));
     for (const auto& [name, mesh] : meshes) {
         const Topology base = topology_of(mesh);
-        const Features f = with_border(base, features_of(mesh));
+        const ResolvedFeatures f = resolve(base, features_of(mesh));
         for (int d = 2; d <= 5; ++d) {
             const auto table =
                 build_patch_table(base, features_of(mesh),
@@ -636,7 +636,7 @@ TEST(ContinuityAtBorders, CellsCoverWhatIsNoHole) {
                 ASSERT_TRUE(at.a >= 0 && at.a <= 1 && at.b >= 0 && at.b <= 1);
             }
             for (Index q = 0; q < base.n_halfedges(); ++q) {
-                const bool hole = !f.hole.empty() && f.hole[base.face(q)];
+                const bool hole = f.is_hole(base.face(q));
                 ASSERT_EQ(table->has_surface(base.face(q)), !hole);
                 ASSERT_EQ(area[q], hole ? 0 : 1) << name << " d" << d << " quarter " << q;
             }

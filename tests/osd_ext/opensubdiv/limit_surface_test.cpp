@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <osdx/opensubdiv/limit_surface.h>
+#include <osdx/resolved_features.h>
 
 #include "far/refine/refinement.h"
 #include "tests/support/test_meshes.h"
@@ -74,7 +75,7 @@ std::vector<LimitPoint> limit_points(const MeshData& mesh, const Features& featu
     std::vector<LimitPoint> result;
     const Topology& t = last.topology;
     for (Index f = 0; f < t.n_faces(); ++f) {
-        if (!last.features.hole.empty() && last.features.hole[f])
+        if (last.features.is_hole(f))
             continue;
         // Face 4 f + k of a level is at corner k of face f, and its first corner is there.
         std::array<int, kLevels> corners{};
@@ -123,7 +124,7 @@ double worst_distance(const MeshData& mesh, const Features& features,
     return worst;
 }
 
-bool has_surface(const Topology& base, const Features& bordered) {
+bool has_surface(const Topology& base, const ResolvedFeatures& bordered) {
     return std::ranges::count(bordered.hole, true) < base.n_faces();
 }
 
@@ -140,7 +141,7 @@ TEST(LimitSurface, IsTheLimitOfOurRefinementOnOpenMeshes) {
             SCOPED_TRACE(name + ", boundary rule " + std::to_string(int(rule)));
             Features f;
             f.boundary = rule;
-            const Features bordered = with_border(base, f);
+            const ResolvedFeatures bordered = resolve(base, f);
             if (!has_surface(base, bordered))
                 continue;
             EXPECT_LT(worst_distance(mesh, f, f, 6), kTol);
@@ -186,8 +187,8 @@ TEST(LimitSurface, IsTheLimitOfOurRefinementWithSharpFeatures) {
         for (const bool integers : {true, false}) {
             SCOPED_TRACE(name + (integers ? ", integers" : ", fractions"));
             const Topology base = topology_of(mesh);
-            const Features f = random_features(base, i, integers),
-                           bordered = with_border(base, f);
+            const Features f = random_features(base, i, integers);
+            const ResolvedFeatures bordered = resolve(base, f);
             if (!has_surface(base, bordered))
                 continue;
             // OpenSubdiv averages fractions in float: half an ulp of an edge.

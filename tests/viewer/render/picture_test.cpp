@@ -446,7 +446,7 @@ TEST_F(Picture, InsideOutLooksTheSame) {
 // The lower half of the sphere is cut away; the bowl that is left is seen into from below.
 TEST_F(Picture, HolesShowTheInside) {
     const Sphere sphere;
-    Features features;
+    ResolvedFeatures features;
     features.hole.assign(6, false);
     int n_holes = 0;
     for (Index f = 0; f < 6; ++f) {
