@@ -174,8 +174,9 @@ private:
 
     /// As long as no more is open than may be.
     bool may_refine() {
-        const bool uniform = options_.family == PatchFamily::Gregory && options_.uniform;
-        const int first = uniform ? options_.levels : 0;
+        const bool uniform =
+            options_.family == PatchFamily::Gregory && options_.gregory.uniform;
+        const int first = uniform ? options_.gregory.levels : 0;
         if (level_ == 0)
             look_at_features();
         if (level_ == first)

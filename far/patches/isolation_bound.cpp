@@ -11,8 +11,8 @@ namespace osdx::detail {
 
 IsolationBound::IsolationBound(const PatchTableOptions& options) {
     const auto reach = static_cast<std::size_t>(options.degree + 1);
-    last_level = std::max({static_cast<int>(kInfinitelySharp), options.isolation,
-                           options.levels}) +
+    last_level = std::max({static_cast<int>(kInfinitelySharp),
+                           options.multisided.crease_end_level, options.gregory.levels}) +
                  static_cast<int>(std::bit_width(2 * reach));
     cells_of_corner = reach * reach;
     cells_of_edge = 2 * reach;
