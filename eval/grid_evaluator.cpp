@@ -9,7 +9,6 @@
 #include <limits>
 #include <new>
 #include <numeric>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -20,12 +19,17 @@
 
 #include "eval/bases/bspline.h"
 #include "eval/bases/gregory.h"
+#include "eval/grid_tiles.h"
 #include "eval/kernels/grid.h"
 #include "eval/turn.h"
 #include "far/parallel.h"
 
 namespace osdx {
 namespace {
+
+using grid::Shape;
+using grid::ShapeSet;
+using grid::Tile;
 
 /// Memory for vectors of any instruction set. Not initialised.
 template <class T>
@@ -42,64 +46,6 @@ private:
         void operator()(T* p) const noexcept { ::operator delete(p, kAlign); }
     };
     std::unique_ptr<T, Delete> data_;
-};
-
-/// What decides the weights of a rectangle of samples: their places in the chart of a class.
-/// Lengths are integers: in half-edges of the control mesh, divided by the rate.
-struct Shape {
-    Index patch_class;
-    Index sector;  // 0 in closed patches, which are turned
-    Vec2<std::int64_t> origin;
-    std::int64_t step;   // from one sample to the next
-    std::int32_t turns;  // from (u, v) to the chart
-    std::int32_t nx, ny;
-    std::int32_t pitch;  // from one row of samples to the next
-
-    bool operator==(const Shape&) const = default;
-};
-
-struct HashShape {
-    std::size_t operator()(const Shape& s) const noexcept {
-        std::uint64_t h = 0;
-        for (const std::uint64_t x :
-             {std::uint64_t(s.patch_class), std::uint64_t(s.sector),
-              std::uint64_t(s.origin.x), std::uint64_t(s.origin.y), std::uint64_t(s.step),
-              std::uint64_t(s.turns), std::uint64_t(s.nx), std::uint64_t(s.ny),
-              std::uint64_t(s.pitch)}) {
-            h = (h ^ x) * 0x9e3779b97f4a7c15u;
-            h ^= h >> 29;
-        }
-        return h;
-    }
-};
-
-/// Samples of a unit that share a table, or are evaluated one by one.
-struct Tile {
-    Index shape;
-    Index patch;
-    Index sector;
-    Index first_sample;   // in the unit, then in the block
-    const Index* points;  // of the patch
-};
-
-/// Numbers different shapes in the order of their coming.
-class ShapeSet {
-public:
-    Index add(const Shape& shape) {
-        if (!shapes_.empty() && shapes_[last_] == shape)
-            return last_;
-        const auto [it, is_new] =
-            index_.try_emplace(shape, static_cast<Index>(shapes_.size()));
-        if (is_new)
-            shapes_.push_back(shape);
-        return last_ = it->second;
-    }
-    const std::vector<Shape>& shapes() const noexcept { return shapes_; }
-
-private:
-    std::unordered_map<Shape, Index, HashShape> index_;
-    std::vector<Shape> shapes_;
-    Index last_ = 0;
 };
 
 /// Control points that are turned with the sectors: sector k's are those of sector 0, k shift
@@ -141,156 +87,6 @@ void turn_points(std::span<const Index> points, const std::array<Ring, 2>& rings
                          first + ring.size, out + ring.first);
     }
 }
-
-/// Cuts the samples of faces into tiles.
-class Tiler {
-public:
-    Tiler(const PatchTable& table, int rate) : table_(table), rate_(rate) {}
-
-    void add_face(Index face, ShapeSet& shapes, std::vector<Tile>& tiles) {
-        const Topology& base = table_.base();
-        if (!table_.has_surface(face))
-            return;
-        const Index whole = table_.whole_patch(face);
-        if (whole != kInvalidIndex)
-            return add_tile({whole, 0, {0, 0}, 2, 0}, {0, 0}, {rate_, rate_}, rate_ + 1,
-                            0, shapes, tiles);
-        const Index first = base.face_offsets[face], n = base.face_size(face);
-        pieces_.clear();
-        for (Index corner = 0; corner < n; ++corner)
-            add_quarter(first + corner, n == 4 ? static_cast<int>(corner) : 0);
-        if (n == 4) {
-            const bool merge =
-                pieces_.size() == 4 && std::ranges::all_of(pieces_, [&](const Piece& p) {
-                    return p.level == 0 && p.map == pieces_[0].map;
-                });
-            if (merge)
-                return add_tile(pieces_[0].map, {0, 0}, {rate_, rate_}, rate_ + 1, 0,
-                                shapes, tiles);
-        }
-        const Index per_quarter = Index(rate_ / 2 + 1) * (rate_ / 2 + 1);
-        for (const Piece& p : pieces_) {
-            const int corner = static_cast<int>(p.quarter - first);
-            // Samples of the quarter by their numbers from its corner on.
-            Vec2<int> lo(first_index(p.x, p.level), first_index(p.y, p.level));
-            Vec2<int> hi(last_index(p.x, p.level), last_index(p.y, p.level));
-            if (n != 4) {
-                add_tile(p.map, lo, hi, rate_ / 2 + 1, corner * per_quarter, shapes,
-                         tiles);
-                continue;
-            }
-            // The middle lines of a quad belong to the lower side.
-            if (2 * hi.x == rate_ && corner >= 2)
-                --hi.x;
-            if (2 * hi.y == rate_ && (corner == 1 || corner == 2))
-                --hi.y;
-            const Vec2<int> at = rate_ * square_corner<int>(corner);
-            const Vec2<int> a = at + turn(lo, corner), b = at + turn(hi, corner);
-            if (lo.x <= hi.x && lo.y <= hi.y)
-                add_tile(p.map, glm::min(a, b), glm::max(a, b), rate_ + 1, 0, shapes,
-                         tiles);
-        }
-    }
-
-private:
-    /// Where a point lies in the chart of a patch, in half-edges:
-    /// origin + step turn(w, turns), for w = (u, v) in a quad, half of a QuarterPoint in others.
-    struct Map {
-        Index patch, sector;
-        Vec2<int> origin;
-        int step, turns;
-        bool operator==(const Map&) const = default;
-    };
-    /// A square of a quarter: [x, x + 1] x [y, y + 1] over 2^level.
-    struct Piece {
-        Index quarter;
-        int level, x, y;
-        Map map;
-    };
-
-    int first_index(int x, int level) const {
-        return x == 0 ? 0
-                      : static_cast<int>((std::int64_t(x) * rate_) >> (level + 1)) + 1;
-    }
-    int last_index(int x, int level) const {
-        return static_cast<int>((std::int64_t(x + 1) * rate_) >> (level + 1));
-    }
-
-    /// \param corner  of the quad that the quarter is at, or 0
-    void add_quarter(Index quarter, int corner) {
-        cells_.clear();
-        table_.add_cells(quarter, cells_);
-        const std::size_t begin = pieces_.size();
-        for (const Cell& cell : cells_) {
-            const double size = std::abs(cell.x_axis.x + cell.x_axis.y);
-            const int level = -std::ilogb(size);
-            const auto axis_turns = cell.x_axis.x > 0   ? 0
-                                    : cell.x_axis.y > 0 ? 1
-                                    : cell.x_axis.x < 0 ? 2
-                                                        : 3;
-            const Vec2<double> lo =
-                glm::min(cell.origin, cell.origin + cell.x_axis + turn(cell.x_axis, 1));
-            // All of these are integers.
-            const double scale = std::ldexp(1.0, level);
-            const int step = cell.chart_size << (level + 1);
-            const int turns = cell.chart_turns - axis_turns;
-            const Vec2<int> origin =
-                cell.chart_origin -
-                turn(Vec2<int>(scale * double(cell.chart_size) * cell.origin), turns) -
-                step * turn(square_corner<int>(corner), turns - corner);
-            pieces_.push_back(
-                {quarter,
-                 level,
-                 static_cast<int>(scale * lo.x),
-                 static_cast<int>(scale * lo.y),
-                 {cell.patch, cell.sector, origin, step, (turns - corner) & 3}});
-            while (merge_last(begin)) {
-            }
-        }
-    }
-
-    /// Four squares that are one square of one map become that.
-    bool merge_last(std::size_t begin) {
-        if (pieces_.size() < begin + 4)
-            return false;
-        const Piece* p = pieces_.data() + pieces_.size() - 4;
-        for (int k = 1; k < 4; ++k) {
-            if (p[k].level != p[0].level || p[k].x >> 1 != p[0].x >> 1 ||
-                p[k].y >> 1 != p[0].y >> 1 || !(p[k].map == p[0].map))
-                return false;
-        }
-        if (p[0].level == 0)
-            return false;
-        const Piece merged{p[0].quarter, p[0].level - 1, p[0].x >> 1, p[0].y >> 1,
-                           p[0].map};
-        pieces_.resize(pieces_.size() - 4);
-        pieces_.push_back(merged);
-        return true;
-    }
-
-    void add_tile(const Map& map, Vec2<int> lo, Vec2<int> hi, int pitch, Index first,
-                  ShapeSet& shapes, std::vector<Tile>& tiles) {
-        if (lo.x > hi.x || lo.y > hi.y)
-            return;
-        using Long = Vec2<std::int64_t>;
-        const PatchRef patch = table_.patch(map.patch);
-        const Index patch_class = patch.patch_class;
-        const PatchClass& c = table_.classes()[patch_class];
-        const Index shape =
-            shapes.add({patch_class, c.is_open() ? map.sector : 0,
-                        std::int64_t(rate_) * Long(map.origin) +
-                            std::int64_t(map.step) * Long(turn(lo, map.turns)),
-                        map.step, map.turns, hi.x - lo.x + 1, hi.y - lo.y + 1, pitch});
-        tiles.push_back({shape, map.patch, map.sector,
-                         first + static_cast<Index>(lo.y * pitch + lo.x),
-                         patch.points.data()});
-    }
-
-    const PatchTable& table_;
-    int rate_;
-    std::vector<Cell> cells_;
-    std::vector<Piece> pieces_;
-};
 
 }  // namespace
 
@@ -670,7 +466,7 @@ GridEvaluator<T>::GridEvaluator(const Evaluator& evaluator, int rate,
     std::vector<Index> first_tile(n_faces + 1, 0);  // in the chunk, then of all
     plan->first_sample.resize(n_faces + 1);
     detail::for_each_task(chunks.size(), [&](std::size_t i) {
-        Tiler tiler(table, rate);
+        grid::Tiler tiler(table, rate);
         const Index first = static_cast<Index>(i) * kChunk;
         for (Index f = first; f < std::min(n_faces, first + kChunk); ++f) {
             tiler.add_face(f, chunks[i].shapes, chunks[i].tiles);
