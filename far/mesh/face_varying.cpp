@@ -68,6 +68,7 @@ private:
     void cut() {
         Topology& t = out_.topology;
         t = mesh_;
+        t.valences = {};  // of other vertices
         for (Index h = 0; h < mesh_.n_halfedges(); ++h) {
             if (!is_seam(h))
                 continue;
