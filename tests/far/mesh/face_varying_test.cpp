@@ -39,6 +39,7 @@ std::vector<NamedMesh> meshes() {
 // The number of faces at a vertex is that of the fan that has its value, not that of the mesh's
 // vertex of the same number.
 TEST(FaceVarying, CountsTheFacesOfFans) {
+    int n_cut = 0;
     for (const NamedMesh& m : meshes()) {
         SCOPED_TRACE(m.name);
         const Topology t = topology_of(m.data);
@@ -47,13 +48,14 @@ TEST(FaceVarying, CountsTheFacesOfFans) {
         for (Index h = 0; h < t.n_halfedges(); ++h)
             values.push_back(2 * t.vertex[h] + t.face(h) % 2);
         const FaceVarying f = build(t, {}, values, FaceVaryingRule::CornersOnly);
-        EXPECT_GE(f.topology.n_vertices(), t.n_vertices());
+        n_cut += f.topology.n_vertices() > t.n_vertices();
         for (Index v = 0; v < f.topology.n_vertices(); ++v) {
             Index n = 0;
             f.topology.for_each_outgoing(v, [&](Index) { ++n; });
             EXPECT_EQ(f.topology.valence(v), n) << "vertex " << v;
         }
     }
+    EXPECT_GT(n_cut, 0);
 }
 
 // With the vertices themselves as values there are no seams: all is as in the mesh.
