@@ -1,14 +1,14 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
-#include "eval/kernels/grid.h"
-#include "eval/kernels/targets.h"
+// Included once for each instruction set that is compiled (hwy/foreach_target.h).
+#if defined(OSDX_EVAL_GRID_PRODUCT_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef OSDX_EVAL_GRID_PRODUCT_INL_H_
+#undef OSDX_EVAL_GRID_PRODUCT_INL_H_
+#else
+#define OSDX_EVAL_GRID_PRODUCT_INL_H_
+#endif
 
-#undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "eval/kernels/grid_product.cpp"
-#include <hwy/foreach_target.h>  // IWYU pragma: keep
-
-// After foreach_target.h.
 #include "eval/kernels/grid_layout-inl.h"
 #include "eval/kernels/grid_store-inl.h"
 
@@ -279,32 +279,7 @@ struct Any {
 
 }  // namespace
 
-void product_float(const Table<float>& table, const Batch<float>& batch,
-                   const Target<float>& target, float* scratch) {
-    evaluate<Any>(table, batch, target, scratch);
-}
-void product_double(const Table<double>& table, const Batch<double>& batch,
-                    const Target<double>& target, double* scratch) {
-    evaluate<Any>(table, batch, target, scratch);
-}
-
 }  // namespace osdx::grid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
-#if HWY_ONCE
-namespace osdx::grid {
-
-HWY_EXPORT(product_float);
-HWY_EXPORT(product_double);
-
-template <>
-Kernel<float> product_kernel() noexcept {
-    return HWY_DYNAMIC_DISPATCH(product_float);
-}
-template <>
-Kernel<double> product_kernel() noexcept {
-    return HWY_DYNAMIC_DISPATCH(product_double);
-}
-
-}  // namespace osdx::grid
-#endif  // HWY_ONCE
+#endif  // OSDX_EVAL_GRID_PRODUCT_INL_H_
