@@ -8,22 +8,18 @@
 
 #include <osdx/query.h>
 
+#include "eval/turn.h"
+
 namespace osdx {
 namespace {
 
 /// Derivatives in the (x, y) of a quarter from those in the (u, v) of its face.
 SurfaceJet<double> to_quarter_chart(const SurfaceJet<double>& s, int turns) {
-    // (u, v) turned by `turns` and doubled is (x, y): du/dx = .5 cos, dv/dx = -.5 sin ...
-    const double c = turns % 2 == 0 ? 0.5 - turns * 0.5 : 0.0;
-    const double n = turns % 2 == 1 ? 1.0 - turns * 0.5 : 0.0;
-    SurfaceJet<double> r;
-    r.p = s.p;
-    r.du = c * s.du - n * s.dv;
-    r.dv = n * s.du + c * s.dv;
-    r.duu = c * c * s.duu - 2 * c * n * s.duv + n * n * s.dvv;
-    r.duv = c * n * s.duu + (c * c - n * n) * s.duv - c * n * s.dvv;
-    r.dvv = n * n * s.duu + 2 * c * n * s.duv + c * c * s.dvv;
-    return r;
+    // (u, v) turned by `turns` and doubled is (x, y).
+    const auto back = detail::ChartTurn::quarters(-turns, 0.5);
+    Vec3<double> d[] = {s.p, s.du, s.dv, s.duu, s.duv, s.dvv};
+    detail::turn_derivatives<2>(back.cos, back.sin, d);
+    return {d[0], d[1], d[2], d[3], d[4], d[5]};
 }
 
 /// Newton's step for the squared distance; Gauss-Newton's where the first has no minimum.
