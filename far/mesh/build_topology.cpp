@@ -22,10 +22,6 @@
 namespace osdx {
 namespace {
 
-Index line_of(const std::vector<Index>& lines, Index element) {
-    return element < lines.size() ? lines[element] : 0;
-}
-
 Status check_sizes(const MeshData& data) {
     if (data.positions.empty())
         return fail(ErrorCode::EmptyMesh, "the mesh has no vertices");
@@ -53,11 +49,11 @@ Status check_positions(const MeshData& data) {
     const auto& p = data.positions[v];
     return fail(ErrorCode::NonFinitePoint,
                 fmt::format("vertex {} has the position ({}, {}, {})", v, p.x, p.y, p.z),
-                v, line_of(data.vertex_lines, v));
+                v, data.line_of_vertex(v));
 }
 
 Status check_face(const MeshData& data, Index face, std::span<const Index> vertices) {
-    const Index line = line_of(data.face_lines, face);
+    const Index line = data.line_of_face(face);
     if (vertices.size() < 3) {
         return fail(ErrorCode::FaceTooSmall,
                     fmt::format("face {} has {} vertices", face, vertices.size()), face,
@@ -515,7 +511,7 @@ private:
                     fmt::format("face {} is number 3 of {} at the edge of vertices {} "
                                 "and {}",
                                 f, end - begin, s.low, s.high),
-                    f, line_of(data_.face_lines, f));
+                    f, data_.line_of_face(f));
             }
             if (end - begin < 2)
                 continue;
@@ -527,7 +523,7 @@ private:
                         "face {} and face {} have opposite orientations: both run "
                         "from vertex {} to {}",
                         f, t_.face(a), t_.vertex[a], t_.to_vertex(a)),
-                    f, line_of(data_.face_lines, f));
+                    f, data_.line_of_face(f));
             }
         }
         return ok();
@@ -543,7 +539,7 @@ private:
             ++bad;
         return fail(ErrorCode::NonManifoldVertex,
                     fmt::format("vertex {} joins two separate fans of faces", bad), bad,
-                    line_of(data_.vertex_lines, bad));
+                    data_.line_of_vertex(bad));
     }
 
     const MeshData& data_;

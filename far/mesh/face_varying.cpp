@@ -67,8 +67,7 @@ private:
     /// The mesh without the twins at seams, the second sides of which get edges of their own.
     void cut() {
         Topology& t = out_.topology;
-        t = mesh_;
-        t.valences = {};  // of other vertices
+        t = mesh_.to_relink();
         for (Index h = 0; h < mesh_.n_halfedges(); ++h) {
             if (!is_seam(h))
                 continue;

@@ -15,10 +15,6 @@
 namespace osdx {
 namespace {
 
-Index line_of(const std::vector<Index>& lines, Index element) {
-    return element < lines.size() ? lines[element] : 0;
-}
-
 /// The edges of a mesh by their vertices.
 class EdgeFinder {
 public:
@@ -254,7 +250,7 @@ bool is_flat(const Topology& t, const Features& f, Index v) {
 Status refuse_valence_two(const MeshData& data, Index v) {
     return fail(ErrorCode::ValenceTwo,
                 fmt::format("vertex {} is interior and has two faces only", v), v,
-                line_of(data.vertex_lines, v));
+                data.line_of_vertex(v));
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ Status check_uvs(const MeshData& mesh) {
     Index face = 0;
     while (corner >= mesh.face_sizes[face])
         corner -= mesh.face_sizes[face++];
-    const Index line = face < mesh.face_lines.size() ? mesh.face_lines[face] : 0;
+    const Index line = mesh.line_of_face(face);
     if (i >= mesh.uvs.size()) {
         return fail(
             ErrorCode::IndexOutOfRange,

@@ -37,6 +37,14 @@ struct MeshData {
 
     std::vector<Index> vertex_lines;  ///< line of the file for each vertex
     std::vector<Index> face_lines;    ///< line of the file for each face
+
+    /// Line of the file; 0 where none is known.
+    Index line_of_vertex(Index v) const noexcept {
+        return v < vertex_lines.size() ? vertex_lines[v] : 0;
+    }
+    Index line_of_face(Index f) const noexcept {
+        return f < face_lines.size() ? face_lines[f] : 0;
+    }
 };
 
 /// \return SizeMismatch, IndexOutOfRange or NonFinitePoint, with the face whose texture

@@ -27,7 +27,7 @@ Result<Mesh> build_mesh(const MeshData& data) {
         if (!handle.is_valid() || handle.idx() != static_cast<int>(f)) {
             return fail(ErrorCode::NonManifoldVertex,
                         fmt::format("face {} cannot be linked to its neighbours", f), f,
-                        f < data.face_lines.size() ? data.face_lines[f] : 0);
+                        data.line_of_face(f));
         }
     }
     return mesh;

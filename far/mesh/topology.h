@@ -36,6 +36,13 @@ struct Topology {
 
     bool operator==(const Topology&) const = default;
 
+    /// A copy whose vertices are to be linked otherwise: without what has been counted.
+    Topology to_relink() const {
+        Topology t = *this;
+        t.valences = {};
+        return t;
+    }
+
     Index n_vertices() const noexcept {
         return static_cast<Index>(vertex_halfedge.size());
     }

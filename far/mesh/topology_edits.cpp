@@ -195,8 +195,7 @@ Flags grown(const Topology& t, Flags faces, int rings) {
 
 Topology cut(const Topology& t, const std::vector<bool>& edges,
              std::vector<Index>& vertices) {
-    Topology c = t;
-    c.valences = {};
+    Topology c = t.to_relink();
     vertices.resize(t.n_vertices());
     for (Index v = 0; v < t.n_vertices(); ++v)
         vertices[v] = v;
@@ -231,8 +230,7 @@ Topology cut(const Topology& t, const std::vector<bool>& edges,
 
 Topology with_border_strip(const Topology& t, const std::vector<Index>& borders,
                            const std::vector<bool>& corner) {
-    Topology s = t;
-    s.valences = {};
+    Topology s = t.to_relink();
     std::vector<Index> quad(t.n_halfedges(), kInvalidIndex);
     for (std::size_t i = 0; i < borders.size(); ++i)
         quad[borders[i]] = t.n_halfedges() + 4 * static_cast<Index>(i);

@@ -223,16 +223,13 @@ FanMask tuned_tangents(const FanShape& fan, int edge) {
 }
 
 Status check_gregory(const MeshData& data, const Topology& t, const Features& f) {
-    const auto line = [](const std::vector<Index>& lines, Index i) {
-        return i < lines.size() ? lines[i] : 0;
-    };
     for (Index h = 0; h < t.n_halfedges(); ++h) {
         if (is_semi_sharp(f.edge(t.edge[h]))) {
             return fail(ErrorCode::InvalidOption,
                         fmt::format("edge {} of vertices {} and {} is semi-sharp, which "
                                     "Gregory patches do not take without refinement",
                                     t.edge[h], t.vertex[h], t.to_vertex(h)),
-                        t.edge[h], line(data.vertex_lines, t.vertex[h]));
+                        t.edge[h], data.line_of_vertex(t.vertex[h]));
         }
     }
     for (Index v = 0; v < t.n_vertices(); ++v) {
@@ -242,7 +239,7 @@ Status check_gregory(const MeshData& data, const Topology& t, const Features& f)
                 fmt::format("vertex {} is semi-sharp, which Gregory patches do not "
                             "take without refinement",
                             v),
-                v, line(data.vertex_lines, v));
+                v, data.line_of_vertex(v));
         }
     }
     if (f.smooth_triangles) {
