@@ -170,11 +170,10 @@ void all_weights(const ClassEvaluator& c, const PatchPoint& where, Chart chart,
 
 }  // namespace
 
-Evaluator::Evaluator(const PatchTable& table)
-    : table_(&table), classes_(std::make_unique<std::vector<detail::ClassEvaluator>>()) {
-    classes_->reserve(table.classes().size());
+Evaluator::Evaluator(const PatchTable& table) : table_(&table) {
+    classes_.reserve(table.classes().size());
     for (const PatchClass& c : table.classes())
-        classes_->emplace_back(c);
+        classes_.emplace_back(c);
 }
 Evaluator::Evaluator(Evaluator&&) noexcept = default;
 Evaluator& Evaluator::operator=(Evaluator&&) noexcept = default;
@@ -187,7 +186,7 @@ SurfaceJet<T> Evaluator::evaluate(std::span<const Vec3<T>> points,
     const PatchRef patch = table_->patch(where.patch);
     SurfaceJet<T> jet;
     detail::PointJet sums;
-    const ClassEvaluator& c = (*classes_)[patch.patch_class];
+    const ClassEvaluator& c = classes_[patch.patch_class];
     if (fast<T>(c.kernel, patch.points, std::span(&points.data()->x, 3 * points.size()),
                 3, where, Order, chart, sums)) {
         put<Order>(sums, jet);
@@ -211,7 +210,7 @@ void Evaluator::evaluate_many(std::span<const Vec3<T>> points,
     if (where.empty())
         return;
     const PatchRef patch = table_->patch(where[0].patch);
-    const PatchKernel& kernel = (*classes_)[patch.patch_class].kernel;
+    const PatchKernel& kernel = classes_[patch.patch_class].kernel;
     constexpr std::size_t kMost = detail::kLanes, kFewest = kMost / 2;
     double net[3 * detail::kMostManyPoints];
     double* next = net;
@@ -259,8 +258,8 @@ void Evaluator::evaluate_channels(std::span<const T> values, int n_channels,
     assert(out.size() == std::size_t(n_derivatives(order)) * n_channels);
     const PatchRef patch = table_->patch(where.patch);
     detail::with_order(order, [&](auto k) {
-        channels<k>((*classes_)[patch.patch_class], patch.points, values, n_channels,
-                    where, chart, out);
+        channels<k>(classes_[patch.patch_class], patch.points, values, n_channels, where,
+                    chart, out);
     });
 }
 
@@ -268,7 +267,7 @@ void Evaluator::weights(const PatchPoint& where, int order, Chart chart,
                         std::span<double> out) const noexcept {
     assert(out.size() ==
            std::size_t(n_derivatives(order)) * table_->class_of(where.patch).n_points());
-    const ClassEvaluator& c = (*classes_)[table_->patch(where.patch).patch_class];
+    const ClassEvaluator& c = classes_[table_->patch(where.patch).patch_class];
     detail::with_order(order, [&](auto k) { all_weights<k>(c, where, chart, out); });
 }
 

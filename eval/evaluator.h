@@ -3,7 +3,6 @@
 
 #pragma once
 
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -81,7 +80,7 @@ public:
 
 private:
     const PatchTable* table_;
-    std::unique_ptr<std::vector<detail::ClassEvaluator>> classes_;  // by patch class
+    std::vector<detail::ClassEvaluator> classes_;  // by patch class
 };
 
 }  // namespace osdx

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <type_traits>
 #include <variant>
 
 #include <osdx/patch_class.h>
@@ -12,6 +13,7 @@
 #include "eval/bases/jet.h"
 #include "eval/bases/regular.h"
 #include "eval/bases/ribbon.h"
+#include "eval/bases/weight_sink.h"
 
 namespace osdx {
 
@@ -25,8 +27,7 @@ public:
     using Basis = std::variant<RegularBasis, RibbonBasis, GregoryBasis>;
 
     /// \pre the degree is kMinDegree to kMaxDegree; n_sectors >= 3, but >= 1 at a border
-    explicit PatchBasis(const PatchClass& patch_class)
-        : class_(patch_class), basis_(make(patch_class)) {}
+    explicit PatchBasis(const PatchClass& patch_class);
 
     const PatchClass& patch_class() const noexcept { return class_; }
     /// Null where the class is of another kind.
@@ -40,11 +41,10 @@ public:
     template <int Order, class T, class Sink>
     Jet<T, Order> for_each_weight(const DomainPointOf<T>& p, Chart chart,
                                   Sink&& sink) const noexcept {
-        return std::visit(
-            [&](const auto& basis) {
-                return basis.template for_each_weight<Order, T>(p, chart, sink);
-            },
-            basis_);
+        if constexpr (std::is_same_v<T, double>)
+            return sum_weights(p, chart, WeightSink<Order>::of(sink));
+        else
+            return visit_weights<Order>(p, chart, sink);
     }
     template <int Order, class Sink>
     Jet<double, Order> for_each_weight(const DomainPoint& p, Chart chart,
@@ -53,30 +53,38 @@ public:
     }
 
     /// The point of the domain under (a, b) of a sector; (a, b) itself for square patches.
-    Vec2<double> to_native(const DomainPoint& p) const noexcept {
-        return std::visit([&](const auto& basis) { return basis.to_native(p); }, basis_);
-    }
+    Vec2<double> to_native(const DomainPoint& p) const noexcept;
     /// The inverse; points outside of the domain are moved to it.
-    DomainPoint from_native(const Vec2<double>& xy) const noexcept {
-        return std::visit([&](const auto& basis) { return basis.from_native(xy); },
-                          basis_);
-    }
+    DomainPoint from_native(const Vec2<double>& xy) const noexcept;
 
 private:
-    static Basis make(const PatchClass& c) {
-        switch (c.kind) {
-            case PatchKind::Regular:
-                return RegularBasis(c.degree);
-            case PatchKind::Gregory:
-                return GregoryBasis(
-                    c.n_sectors, c.normalised ? CentrePoint::None : CentrePoint::Given);
-            default:
-                return RibbonBasis(c);
-        }
+    template <int Order, class T, class Sink>
+    Jet<T, Order> visit_weights(const DomainPointOf<T>& p, Chart chart,
+                                Sink&& sink) const noexcept {
+        return std::visit(
+            [&](const auto& basis) {
+                return basis.template for_each_weight<Order, T>(p, chart, sink);
+            },
+            basis_);
     }
+    template <int Order>
+    Jet<double, Order> sum_weights(const DomainPoint& p, Chart chart,
+                                   WeightSink<Order> sink) const noexcept;
 
     PatchClass class_;
     Basis basis_;
 };
+
+template <int Order>
+Jet<double, Order> PatchBasis::sum_weights(const DomainPoint& p, Chart chart,
+                                           WeightSink<Order> sink) const noexcept {
+    return visit_weights<Order, double>(p, chart, sink);
+}
+extern template Jet<double, 0> PatchBasis::sum_weights(const DomainPoint&, Chart,
+                                                       WeightSink<0>) const noexcept;
+extern template Jet<double, 1> PatchBasis::sum_weights(const DomainPoint&, Chart,
+                                                       WeightSink<1>) const noexcept;
+extern template Jet<double, 2> PatchBasis::sum_weights(const DomainPoint&, Chart,
+                                                       WeightSink<2>) const noexcept;
 
 }  // namespace osdx

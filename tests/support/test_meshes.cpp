@@ -18,6 +18,8 @@
 #include <osdx/build_topology.h>
 #include <osdx/resolved_features.h>
 
+#include "tests/support/thinned.h"
+
 namespace osdx::test {
 namespace {
 
@@ -360,7 +362,7 @@ std::vector<NamedMesh> closed_meshes() {
     };
     for (std::size_t i = 0; i < meshes.size(); ++i)
         meshes[i].data = random_displaced(meshes[i].data, unsigned(i + 1), 0.05);
-    return meshes;
+    return thinned(meshes);
 }
 
 MeshData grid(Index m, Index n) {
@@ -429,7 +431,7 @@ std::vector<NamedMesh> open_meshes() {
         meshes.push_back({"fan of " + std::to_string(k), border_fan(k)});
     for (std::size_t i = 0; i < meshes.size(); ++i)
         meshes[i].data = random_displaced(meshes[i].data, unsigned(i + 1), 0.05);
-    return meshes;
+    return thinned(meshes);
 }
 
 namespace {
@@ -607,7 +609,7 @@ std::vector<NamedMesh> sharp_meshes(double s) {
         MeshData& mesh = add("strip with corners", scaled(grid(5, 1), 0.2));
         set_boundary(mesh, 1);
     }
-    return meshes;
+    return thinned(meshes);
 }
 
 }  // namespace

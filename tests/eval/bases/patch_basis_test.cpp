@@ -19,7 +19,9 @@
 
 #include <osdx/surface_jet.h>
 
+#include "tests/support/high_orders.h"
 #include "tests/support/patch_class_names.h"
+#include "tests/support/thinned.h"
 
 namespace osdx {
 
@@ -313,7 +315,7 @@ std::vector<PatchClass> classes(std::initializer_list<int> degrees,
                 all.push_back({kind, d, n});
         }
     }
-    return all;
+    return test::thinned(all);
 }
 
 /// Inside, on no line of symmetry.

@@ -17,8 +17,10 @@
 #include <osdx/evaluator.h>
 
 #include "eval/bases/patch_basis.h"
+#include "tests/support/high_orders.h"
 #include "tests/support/spline_reference.h"
 #include "tests/support/test_meshes.h"
+#include "tests/support/thinned.h"
 
 // The basis functions of patches at borders, creases, corners, darts and spikes.
 
@@ -111,7 +113,7 @@ std::vector<PatchClass> border_classes(std::initializer_list<int> degrees,
             add(PatchBorder::Spike, {3, 5});
         }
     }
-    return all;
+    return test::thinned(all);
 }
 
 /// Roughly regular with noise, so that every derivative is generic.

@@ -20,6 +20,7 @@
 #include "eval/kernels/patch_kernel.h"
 #include "tests/support/instruction_sets.h"
 #include "tests/support/patch_class_names.h"
+#include "tests/support/thinned.h"
 
 // The kernels of single points against the weights that PatchBasis::for_each_weight gives.
 
@@ -49,7 +50,7 @@ std::vector<DomainPoint> domain_points(const PatchClass& c) {
             points.push_back({sector, r * random(), r * random()});
         }
     }
-    return points;
+    return test::thinned(points);
 }
 
 /// Values of the points of one patch that lie in an array in another order.

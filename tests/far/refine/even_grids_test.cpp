@@ -21,6 +21,7 @@
 #include "far/refine/refinement.h"
 #include "tests/support/refine_support.h"
 #include "tests/support/test_meshes.h"
+#include "tests/support/thinned.h"
 
 namespace osdx {
 namespace {
@@ -70,7 +71,7 @@ std::vector<NamedMesh> meshes() {
              {"tagged grid", with_random_tags(test::grid(3, 4), seed)},
              {"tagged fan", with_random_tags(test::border_fan(5), seed)}});
     }
-    return all;
+    return test::thinned(all);
 }
 
 EvenGrids refined(const MeshData& mesh, int degree, int n_levels) {

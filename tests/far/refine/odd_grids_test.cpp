@@ -21,6 +21,7 @@
 #include "far/refine/refinement.h"
 #include "tests/support/refine_support.h"
 #include "tests/support/test_meshes.h"
+#include "tests/support/thinned.h"
 
 namespace osdx {
 namespace {
@@ -108,7 +109,7 @@ std::vector<NamedMesh> meshes() {
     for (Index& v : loose.face_vertices)
         v += v >= 4;
     add({{"torus with a loose vertex", loose}});
-    return all;
+    return test::thinned(all);
 }
 
 template <class F>

@@ -20,6 +20,7 @@
 
 #include "eval/bases/jet.h"
 #include "eval/bases/patch_basis.h"
+#include "tests/support/high_orders.h"
 #include "tests/support/test_meshes.h"
 
 namespace osdx::test {

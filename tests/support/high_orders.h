@@ -1,0 +1,21 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include "eval/bases/patch_basis.h"
+
+// The bases with derivatives up to the sixth, compiled once for all tests.
+
+namespace osdx {
+
+extern template Jet<double, 3> PatchBasis::sum_weights(const DomainPoint&, Chart,
+                                                       WeightSink<3>) const noexcept;
+extern template Jet<double, 4> PatchBasis::sum_weights(const DomainPoint&, Chart,
+                                                       WeightSink<4>) const noexcept;
+extern template Jet<double, 5> PatchBasis::sum_weights(const DomainPoint&, Chart,
+                                                       WeightSink<5>) const noexcept;
+extern template Jet<double, 6> PatchBasis::sum_weights(const DomainPoint&, Chart,
+                                                       WeightSink<6>) const noexcept;
+
+}  // namespace osdx
