@@ -12,7 +12,9 @@ cd "$(dirname "$0")"
 preset=${1:-release}
 shift $(($# > 0))
 
-scripts/install_packages.sh build
+groups=(build)
+[[ $preset == asan-ubsan ]] && groups+=(clang)
+scripts/install_packages.sh "${groups[@]}"
 
 cmake --preset "$preset" "$@"
 cmake --build --preset "$preset"
