@@ -29,6 +29,10 @@ std::atomic<long> n_allocations = 0;
         return p;
     throw std::bad_alloc();
 }
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+    ++n_allocations;
+    return std::malloc(size);
+}
 [[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t align) {
     ++n_allocations;
     const std::size_t a = static_cast<std::size_t>(align);

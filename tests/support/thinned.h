@@ -30,4 +30,9 @@ std::vector<T> thinned(std::vector<T> cases) {
     return some;
 }
 
+/// How many of all cases a test wants to have met: with sanitizers one is enough.
+constexpr int fewest(int n) {
+    return kSanitized && n > 0 ? 1 : n;
+}
+
 }  // namespace osdx::test

@@ -27,6 +27,7 @@
 #include "eval/bases/gregory.h"
 #include "far/refine/refinement.h"
 #include "tests/support/test_meshes.h"
+#include "tests/support/thinned.h"
 
 namespace osdx {
 namespace {
@@ -615,7 +616,7 @@ TEST(GregoryPoints, SmoothCornersOfOneFaceHaveTheLimitNormal) {
             n_corners += model.is_sharp(h) && model.is_sharp(t.prev(h));
         }
     }
-    EXPECT_GT(n_corners, 30);
+    EXPECT_GT(n_corners, test::fewest(30));
 }
 
 TEST(GregoryPoints, BordersAndCreasesAreTheCubicBSpline) {
@@ -666,7 +667,7 @@ TEST(GregoryPoints, BordersAndCreasesAreTheCubicBSpline) {
             }
         }
     }
-    EXPECT_GT(n_borders, 300);
+    EXPECT_GT(n_borders, test::fewest(300));
 }
 
 // ------------------------------------------------------------------------ bad input

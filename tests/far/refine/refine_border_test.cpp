@@ -19,6 +19,7 @@
 #include "far/refine/refinement.h"
 #include "tests/support/spline_reference.h"
 #include "tests/support/test_meshes.h"
+#include "tests/support/thinned.h"
 
 // Refinement at borders, creases, corners and in parts.
 
@@ -397,7 +398,7 @@ TEST(RefineBorder, WhatFollowsSharpnessOneIsPlain) {
             }
         }
     }
-    EXPECT_GE(n_meshes, 10);
+    EXPECT_GE(n_meshes, test::fewest(10));
 }
 
 // Degrees 3 and 4 have one smoothing a level, in which a fraction mixes the sharp and the
@@ -681,9 +682,9 @@ TEST(RefineBorder, PartsAreAsTheWhole) {
             if (testing::Test::HasFailure())
                 return;
         }
-        EXPECT_GT(counts.known, 3000u) << "degree " << d;
+        EXPECT_GT(counts.known, std::size_t(test::fewest(3000))) << "degree " << d;
         if (d > 2) {
-            EXPECT_GT(counts.unknown, 1000u) << "degree " << d;
+            EXPECT_GT(counts.unknown, std::size_t(test::fewest(1000))) << "degree " << d;
         }
     }
 }

@@ -22,6 +22,7 @@
 #include "eval/bases/patch_basis.h"
 #include "tests/support/high_orders.h"
 #include "tests/support/test_meshes.h"
+#include "tests/support/thinned.h"
 
 namespace osdx::test {
 namespace {
@@ -551,7 +552,7 @@ TEST(ContinuityAtBorders, CurvesAreBSplineCurvesFromBothSides) {
                 << name << " d" << d;
         }
     }
-    EXPECT_GT(n_all, 10000);
+    EXPECT_GT(n_all, test::fewest(10000));
 }
 
 // The patch of a smooth corner of degree 5 reaches over two faces. A crease one face away from
