@@ -8,7 +8,7 @@
 # Usage: scripts/install_packages.sh [build | format | clang | benchmarks | peers]...
 #   build       to build, run and test (the default)
 #   format      to check the format of the sources
-#   clang       to build with Clang as well
+#   clang       to build with Clang as well, and with sanitizers
 #   benchmarks  to build the benchmarks
 #   peers       what they measure beside the libraries that osdx itself uses
 
@@ -20,7 +20,7 @@ build=(g++ cmake ninja-build pkg-config
     libcli11-dev nlohmann-json3-dev libtinygltf-dev libpng-dev libstb-dev
     libgtest-dev)
 format=(clang-format-14)
-clang=(clang-14)
+clang=(clang-14 libclang-rt-14-dev)
 benchmarks=(libbenchmark-dev)
 peers=(libcgal-dev)
 
