@@ -20,7 +20,7 @@ build=(g++ cmake ninja-build pkg-config
     libcli11-dev nlohmann-json3-dev libtinygltf-dev libpng-dev libstb-dev
     libgtest-dev)
 format=(clang-format-14)
-clang=(clang-14 libclang-rt-14-dev)
+clang=(clang-14 libclang-rt-14-dev lld-14)
 benchmarks=(libbenchmark-dev)
 peers=(libcgal-dev)
 
