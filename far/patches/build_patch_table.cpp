@@ -139,7 +139,8 @@ private:
         // known ends (d-1)/2 edges inside of the part: so much is d/2 faces of this level. Nets
         // that begin in a hole reach d edges further; semi-sharp edges that end beside a gap
         // do not know of all that they meet there.
-        return grown(t, std::move(faces), plain_ ? options_.degree / 2 : options_.degree);
+        const int reach = plain_ ? options_.degree / 2 : options_.degree;
+        return grown(t, std::move(faces), reach + bound_.more_rings);
     }
 
     struct SemiSharp {

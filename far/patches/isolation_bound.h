@@ -24,6 +24,9 @@ namespace osdx::detail {
 struct IsolationBound {
     int last_level;  ///< leaves nothing open
     std::size_t cells_of_corner, cells_of_edge;
+    /// Of faces to refine around what is open, beyond those that its nets reach. They change
+    /// no patch and no point.
+    int more_rings = 0;
 
     explicit IsolationBound(const PatchTableOptions& options);
 

@@ -760,6 +760,39 @@ TEST(Isolation, LeavesLittleOpen) {
     EXPECT_GT(closest, 0.01);
 }
 
+// A ring too few leaves nets without their points, or with sums over a part of the vertices
+// that they mean: a curve of sharp edges that ends where the refined part does.
+TEST(Isolation, RefinesAllThatNetsReach) {
+    for (const auto& meshes : {test::closed_meshes(), test::open_meshes(),
+                               test::creased_meshes(), test::semi_sharp_meshes()}) {
+        for (const auto& [name, mesh] : meshes) {
+            SCOPED_TRACE(name);
+            const Topology base = test::topology_of(mesh);
+            for (const BoundaryRule rule :
+                 {BoundaryRule::None, BoundaryRule::EdgeAndCorner}) {
+                const auto features = build_features(mesh, base, {.boundary = rule});
+                ASSERT_TRUE(features);
+                for (int d = kMinDegree; d <= 7; ++d) {
+                    SCOPED_TRACE(d);
+                    if (!check_surface(mesh, base, *features, d))
+                        continue;
+                    // Ends of creases need no depth: they would take most of the time.
+                    const PatchTableOptions options{
+                        .degree = d, .multisided = {.crease_end_level = 2}};
+                    detail::IsolationBound bound(options);
+                    const auto table =
+                        detail::build_patch_table(base, *features, options, bound);
+                    bound.more_rings = d;
+                    const auto wider =
+                        detail::build_patch_table(base, *features, options, bound);
+                    ASSERT_TRUE(table && wider);
+                    EXPECT_TRUE(*table == *wider);
+                }
+            }
+        }
+    }
+}
+
 /// A torus, one face of which is two triangles.
 MeshData torus_with_triangles() {
     MeshData mesh = test::torus(16, 16);
