@@ -1,6 +1,8 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
+#include <osdx/patch_table.h>
+
 #include "benchmarks/ours.h"
 #include "benchmarks/peers.h"
 #include "benchmarks/stages.h"

@@ -7,6 +7,9 @@
 #include <glm/geometric.hpp>
 
 #include <osdx/build_patch_table.h>
+#include <osdx/patch_class.h>
+#include <osdx/patch_table.h>
+#include <osdx/topology.h>
 
 #include "benchmarks/ours.h"
 #include "benchmarks/peers.h"

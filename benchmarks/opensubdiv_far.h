@@ -14,7 +14,9 @@
 #include <opensubdiv/far/topologyRefinerFactory.h>
 #include <opensubdiv/osd/cpuEvaluator.h>
 
+#include <osdx/evaluator.h>
 #include <osdx/mesh_data.h>
+#include <osdx/patch_table.h>
 
 #include "benchmarks/meshes.h"
 

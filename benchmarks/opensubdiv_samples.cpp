@@ -1,6 +1,9 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
+#include <osdx/evaluator.h>
+#include <osdx/patch_table.h>
+
 #include "benchmarks/peers.h"
 
 #ifdef OSDX_HAS_OPENSUBDIV

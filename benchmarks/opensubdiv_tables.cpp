@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <osdx/buffer.h>
+#include <osdx/evaluator.h>
 
 #include "benchmarks/peers.h"
 

@@ -10,6 +10,11 @@
 
 #include <benchmark/benchmark.h>
 
+#include <osdx/evaluator.h>
+#include <osdx/patch_class.h>
+#include <osdx/patch_table.h>
+#include <osdx/topology.h>
+
 namespace osdx::bench {
 namespace {
 

@@ -6,6 +6,8 @@
 
 #include <glm/geometric.hpp>
 
+#include <osdx/patch_table.h>
+
 #include "benchmarks/ours.h"
 #include "benchmarks/peers.h"
 #include "benchmarks/stages.h"

@@ -14,7 +14,7 @@
 #include "eval/kernels/patch_kernel.h"
 #include "eval/turn.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace detail {
 
 /// What evaluates the patches of a class.
@@ -294,4 +294,4 @@ OSDX_INSTANTIATE(float)
 OSDX_INSTANTIATE(double)
 #undef OSDX_INSTANTIATE
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

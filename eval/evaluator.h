@@ -11,7 +11,7 @@
 #include <osdx/place.h>
 #include <osdx/surface_jet.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 namespace detail {
 struct ClassEvaluator;
@@ -28,7 +28,7 @@ struct ClassEvaluator;
 /// control points, and stencils.
 ///
 /// Threads: const members may run at the same time. No query allocates.
-class Evaluator {
+class OSDX_API Evaluator {
 public:
     /// \pre the table outlives the evaluator
     explicit Evaluator(const PatchTable& table);
@@ -83,4 +83,4 @@ private:
     std::vector<detail::ClassEvaluator> classes_;  // by patch class
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -14,6 +14,7 @@
 
 #include <osdx/buffer.h>
 #include <osdx/grid_evaluator.h>
+#include <osdx/topology.h>
 
 #include <hwy/cache_control.h>
 
@@ -24,7 +25,7 @@
 #include "eval/turn.h"
 #include "far/parallel.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 using grid::Shape;
@@ -618,4 +619,4 @@ void GridEvaluator<T>::for_each_block(
 template class GridEvaluator<float>;
 template class GridEvaluator<double>;
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -12,7 +12,7 @@
 #include <osdx/evaluator.h>
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// Where the values of samples go: coordinate c of sample s to
 /// data[s * sample_stride + c * channel_stride].
@@ -75,7 +75,7 @@ struct GridOptions {
 /// Threads: goes wide; const members may run at the same time. Evaluation allocates scratch for
 /// each task, none for a face or a patch.
 template <class T>
-class GridEvaluator {
+class OSDX_API GridEvaluator {
 public:
     /// Units are the base faces, also those without surface, which have no samples.
     /// A quad has samples at (i/rate, j/rate), 0 <= i, j <= rate; sample j (rate + 1) + i. Another
@@ -121,7 +121,7 @@ private:
     std::unique_ptr<const Plan> plan_;
 };
 
-extern template class GridEvaluator<float>;
-extern template class GridEvaluator<double>;
+extern template class OSDX_API GridEvaluator<float>;
+extern template class OSDX_API GridEvaluator<double>;
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -8,7 +8,9 @@
 
 #include <glm/common.hpp>
 
-namespace osdx::grid {
+#include <osdx/topology.h>
+
+namespace osdx::inline OSDX_ABI::grid {
 
 void Tiler::add_face(Index face, ShapeSet& shapes, std::vector<Tile>& tiles) {
     const Topology& base = table_.base();
@@ -121,4 +123,4 @@ void Tiler::add_tile(const Map& map, Vec2<int> lo, Vec2<int> hi, int pitch, Inde
                      patch.points.data()});
 }
 
-}  // namespace osdx::grid
+}  // namespace osdx::inline OSDX_ABI::grid

@@ -12,7 +12,7 @@
 #include <osdx/types.h>
 
 /// How GridEvaluator cuts the samples of faces into tiles that share tables of weights.
-namespace osdx::grid {
+namespace osdx::inline OSDX_ABI::grid {
 
 /// What decides the weights of a rectangle of samples: their places in the chart of a class.
 /// Lengths are integers: in half-edges of the control mesh, divided by the rate.
@@ -118,4 +118,4 @@ private:
     std::vector<Piece> pieces_;
 };
 
-}  // namespace osdx::grid
+}  // namespace osdx::inline OSDX_ABI::grid

@@ -3,17 +3,9 @@
 
 #pragma once
 
-#include <cstdint>
+#include <osdx/surface_jet.h>
 
-#include <osdx/types.h>
-
-namespace osdx {
-
-/// The variables that derivatives are taken in.
-enum class Chart : std::uint8_t {
-    BaseUV,  ///< (u, v) of the base face; of the bilinear sector (a, b) for n-sided patches
-    Native,  ///< (x, y) of the regular n-gon; (s, t) of [0,1]^2 for patches of four sides
-};
+namespace osdx::inline OSDX_ABI {
 
 /// A point of the domain of a patch; see PatchPoint.
 template <class T>
@@ -23,9 +15,4 @@ struct DomainPointOf {
 };
 using DomainPoint = DomainPointOf<double>;
 
-/// Number of values up to an order: 1, 3 or 6, in the order p, du, dv, duu, duv, dvv.
-constexpr int n_derivatives(int order) noexcept {
-    return (order + 1) * (order + 2) / 2;
-}
-
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -4,12 +4,24 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 
 #include <glm/geometric.hpp>
 
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
+
+/// The variables that derivatives are taken in.
+enum class Chart : std::uint8_t {
+    BaseUV,  ///< (u, v) of the base face; of the bilinear sector (a, b) for n-sided patches
+    Native,  ///< (x, y) of the regular n-gon; (s, t) of [0,1]^2 for patches of four sides
+};
+
+/// Number of values up to an order: 1, 3 or 6, in the order p, du, dv, duu, duv, dvv.
+constexpr int n_derivatives(int order) noexcept {
+    return (order + 1) * (order + 2) / 2;
+}
 
 /// Position and derivatives of a surface at a point, in the chart that was asked for.
 /// Derivatives beyond the order that was asked for are zero.
@@ -63,4 +75,4 @@ Curvature<T> curvature(const SurfaceJet<T>& s) noexcept {
             static_cast<T>((L * N - M * M) / det)};
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

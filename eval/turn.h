@@ -8,7 +8,7 @@
 #include <osdx/place.h>
 #include <osdx/types.h>
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// From the variables (a, b) of a patch to (u, v), which are turned and scaled:
 /// d_u = cos d_a + sin d_b, d_v = cos d_b - sin d_a.
@@ -48,4 +48,4 @@ constexpr decltype(auto) with_order(int order, F&& f) {
     }
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

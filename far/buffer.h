@@ -8,7 +8,9 @@
 #include <utility>
 #include <vector>
 
-namespace osdx {
+#include <osdx/version.h>
+
+namespace osdx::inline OSDX_ABI {
 namespace detail {
 
 /// Leaves numbers without a value as they are, so that no thread writes zeros to what all of
@@ -41,4 +43,4 @@ struct BufferAllocator : std::allocator<T> {
 template <class T>
 using Buffer = std::vector<T, detail::BufferAllocator<T>>;
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -11,7 +11,7 @@
 
 #include <osdx/file.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 Result<std::ifstream> open(const std::filesystem::path& path) {
@@ -92,4 +92,4 @@ Status write_file(const std::filesystem::path& path,
     return ok();
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

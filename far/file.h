@@ -11,17 +11,17 @@
 #include <osdx/result.h>
 
 /// The one door to the file system: whatever reads or writes a file does it here.
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// All bytes of a file.
 /// \return FileUnreadable
-Result<std::string> read_file(const std::filesystem::path& path);
+OSDX_API Result<std::string> read_file(const std::filesystem::path& path);
 
 /// Lets `write` fill a stream, and gives the file its name only when that succeeded: a
 /// temporary file beside `path` is renamed, or removed; what `write` throws passes through.
 /// \return WriteFailed, also if `write` leaves the stream in a failed state or if `path`
 ///         names a folder or a device.
-Status write_file(const std::filesystem::path& path,
-                  const std::function<void(std::ostream&)>& write);
+OSDX_API Status write_file(const std::filesystem::path& path,
+                           const std::function<void(std::ostream&)>& write);
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -23,7 +23,7 @@
 /// what is made chunk by chunk does not depend on the number of threads.
 ///
 /// For the sources of this project: no public header includes this.
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// Enough for the price of a task, for work of some nanoseconds an element.
 inline constexpr std::size_t kChunk = 2048;
@@ -186,4 +186,4 @@ inline void raise(Index& number, Index to) noexcept {
     }
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

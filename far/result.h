@@ -10,7 +10,7 @@
 
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 enum class ErrorCode : std::uint8_t {
     FileUnreadable,     ///< the file does not exist or cannot be opened
@@ -24,6 +24,7 @@ enum class ErrorCode : std::uint8_t {
     NonManifoldEdge,    ///< an edge has three or more faces
     OppositeFaces,      ///< two faces run along their common edge in the same direction
     NonManifoldVertex,  ///< a vertex has two or more fans of faces
+    InvalidFeature,     ///< a crease, corner or hole names what is not there
     InvalidTag,         ///< a tag names what is not there, or holds the wrong values
     UnsupportedTag,     ///< a tag changes the surface in a way that is not supported
     ValenceTwo,         ///< an interior vertex has two faces only, which surfaces refuse
@@ -86,4 +87,4 @@ inline Error fail(ErrorCode code, std::string message, Index element = kInvalidI
     return {code, std::move(message), element, line};
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -7,10 +7,11 @@
 #include <glm/geometric.hpp>
 
 #include <osdx/query.h>
+#include <osdx/surface_function.h>
 
 #include "eval/turn.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 /// Derivatives in the (x, y) of a quarter from those in the (u, v) of its face.
@@ -176,4 +177,4 @@ RayPoint intersect_ray(const Topology& base, const SurfaceFunction& surface,
     return best;
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

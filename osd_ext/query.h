@@ -7,11 +7,12 @@
 
 #include <osdx/address.h>
 #include <osdx/resolved_features.h>
+#include <osdx/surface_function.h>
 #include <osdx/surface_jet.h>
 #include <osdx/tessellation.h>
 #include <osdx/topology.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// The point of a surface that is nearest to a target.
 struct ClosestPoint {
@@ -33,10 +34,12 @@ enum class AtCrease : std::uint8_t {
 /// \param features  of base
 /// \param tolerance  length of the last step, in units of the mesh
 /// \pre start is not in a hole
-ClosestPoint closest_point(const Topology& base, const ResolvedFeatures& features,
-                           const SurfaceFunction& surface, const Vec3<double>& target,
-                           const QuarterPoint& start, double tolerance,
-                           AtCrease at_crease = AtCrease::Cross);
+OSDX_API ClosestPoint closest_point(const Topology& base,
+                                    const ResolvedFeatures& features,
+                                    const SurfaceFunction& surface,
+                                    const Vec3<double>& target, const QuarterPoint& start,
+                                    double tolerance,
+                                    AtCrease at_crease = AtCrease::Cross);
 
 /// Where a ray meets a surface.
 struct RayPoint {
@@ -52,8 +55,9 @@ struct RayPoint {
 /// \param direction  unit
 /// \param tolerance  distance from the ray, in units of the mesh
 /// \pre start.face is no hole
-RayPoint intersect_ray(const Topology& base, const SurfaceFunction& surface,
-                       const Vec3<double>& origin, const Vec3<double>& direction,
-                       const Address& start, double tolerance, int max_steps = 10);
+OSDX_API RayPoint intersect_ray(const Topology& base, const SurfaceFunction& surface,
+                                const Vec3<double>& origin, const Vec3<double>& direction,
+                                const Address& start, double tolerance,
+                                int max_steps = 10);
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

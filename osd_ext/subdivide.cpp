@@ -17,7 +17,7 @@
 #include "far/refine/refinement.h"
 #include "far/refine/uniform.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 Status check(const SubdivideOptions& options) {
@@ -147,4 +147,4 @@ Result<SubdividedMesh> subdivide(const MeshData& mesh, const SubdivideOptions& o
     return result;
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -11,7 +11,7 @@
 #include <osdx/mesh_data.h>
 #include <osdx/result.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 struct SubdivideOptions {
     int degree = 3;  ///< of the B-splines; kMinDegree to kMaxDegree
@@ -37,7 +37,7 @@ struct SubdividedMesh {
 /// \return InvalidOption, also for levels of more corners of faces than there are numbers;
 ///         what build_topology, build_features, check_refinement and, with texture
 ///         coordinates, face_varying_rule and build_face_varying return
-Result<SubdividedMesh> subdivide(const MeshData& mesh,
-                                 const SubdivideOptions& options = {});
+OSDX_API Result<SubdividedMesh> subdivide(const MeshData& mesh,
+                                          const SubdivideOptions& options = {});
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

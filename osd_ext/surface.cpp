@@ -4,17 +4,106 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include <osdx/build_patch_table.h>
 #include <osdx/build_topology.h>
+#include <osdx/evaluator.h>
 #include <osdx/features.h>
+#include <osdx/patch_table.h>
+#include <osdx/resolved_features.h>
 #include <osdx/surface.h>
+#include <osdx/surface_function.h>
+#include <osdx/tessellate.h>
+#include <osdx/topology.h>
 
 #include "far/parallel.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
+
+namespace {
+
+/// \tparam Mesh  MeshData or MeshView: what is checked, with its lines
+template <class Mesh>
+Result<PatchTable> build_table(const Mesh& mesh, Topology topology, Features features,
+                               const PatchTableOptions& options) {
+    // Gregory patches take interior vertices of two faces.
+    if (options.family == PatchFamily::Multisided) {
+        const Status s = check_surface(mesh, topology, features, options.degree);
+        if (!s)
+            return s.error();
+    }
+    return build_patch_table(std::move(topology), std::move(features), options);
+}
+
+/// \param vertex  vertex(i): that of position i
+template <class T, class Vertex>
+Status check_positions(Channels<const T> positions, std::size_t n, Vertex&& vertex) {
+    if (positions.n != 3) {
+        return fail(ErrorCode::SizeMismatch,
+                    fmt::format("positions have 3 channels, not {}", positions.n));
+    }
+    const Index i = detail::first_index(n, [&](Index k) {
+        const T* p = positions[k];
+        return !std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]);
+    });
+    if (i == kInvalidIndex)
+        return ok();
+    const T* p = positions[i];
+    return fail(ErrorCode::NonFinitePoint,
+                fmt::format("vertex {} has the position ({}, {}, {})", vertex(i), p[0],
+                            p[1], p[2]),
+                vertex(i));
+}
+
+}  // namespace
+
+struct Surface::Impl {
+    template <class T>
+    Impl(PatchTable patches, Channels<const T> positions) : table(std::move(patches)) {
+        detail::in_parallel([&] { evaluator.emplace(table); },
+                            [&] {
+                                points.resize(table.n_points());
+                                set(positions);
+                            });
+        const Topology& base = table.base();
+        for (Index v = base.find_valence(0); v != kInvalidIndex;
+             v = base.find_valence(0, v + 1))
+            unused_vertices.push_back(v);
+    }
+
+    template <class T>
+    void set(Channels<const T> positions) {
+        detail::for_each_index(table.n_base_points(), [&](Index v) {
+            const T* p = positions[v];
+            points[v] = {p[0], p[1], p[2]};
+        });
+        table.refresh_points<double>(points);
+    }
+
+    template <class T>
+    Status set_checked(Channels<const T> positions) {
+        const Status sound =
+            check_positions(positions, table.n_base_points(), [](Index v) { return v; });
+        if (sound)
+            set(positions);
+        return sound;
+    }
+
+    template <class T>
+    static Result<Surface> build(const MeshView& mesh, Channels<const T> positions,
+                                 const PatchTableOptions& options);
+
+    const PatchTable table;  // stays put: the evaluator refers to it
+    std::optional<Evaluator> evaluator;
+    std::optional<Dependents> dependents;  // from the first use on
+    Buffer<Vec3<double>> points;
+    std::vector<Index> unused_vertices;
+};
 
 Result<Surface> Surface::build(const MeshData& data, const PatchTableOptions& options,
                                const FeatureOptions& tags) {
@@ -24,53 +113,70 @@ Result<Surface> Surface::build(const MeshData& data, const PatchTableOptions& op
     Result<Features> features = build_features(data, *topology, tags);
     if (!features)
         return features.error();
-    // Gregory patches take interior vertices of two faces.
-    if (options.family == PatchFamily::Multisided) {
-        const Status s = check_surface(data, *topology, *features, options.degree);
-        if (!s)
-            return s.error();
-    }
-
     Result<PatchTable> table =
-        build_patch_table(std::move(*topology), std::move(*features), options);
+        build_table(data, std::move(*topology), std::move(*features), options);
     if (!table)
         return table.error();
-
-    Surface s;
-    s.table_ = std::make_unique<const PatchTable>(std::move(*table));
-    detail::in_parallel(
-        [&] { s.evaluator_ = std::make_unique<const Evaluator>(*s.table_); },
-        [&] {
-            s.points_.resize(s.table_->n_points());
-            detail::for_each_index(data.positions.size(),
-                                   [&](Index v) { s.points_[v] = data.positions[v]; });
-            s.table_->refresh_points<double>(s.points_);
-        });
-    for (Index v = s.base().find_valence(0); v != kInvalidIndex;
-         v = s.base().find_valence(0, v + 1))
-        s.unused_vertices_.push_back(v);
-    return s;
+    return Surface(
+        std::make_unique<Impl>(std::move(*table), channels(data.positions.data())));
 }
 
-namespace {
-
-/// \param vertex  of position i
-template <class Vertex>
-Status check_positions(std::span<const Vec3<double>> positions, Vertex&& vertex) {
-    const Index i = detail::first_index(positions.size(), [&](Index k) {
-        const auto& p = positions[k];
-        return !std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z);
-    });
-    if (i == kInvalidIndex)
-        return ok();
-    const auto& p = positions[i];
-    return fail(
-        ErrorCode::NonFinitePoint,
-        fmt::format("vertex {} has the position ({}, {}, {})", vertex(i), p.x, p.y, p.z),
-        vertex(i));
+template <class T>
+Result<Surface> Surface::Impl::build(const MeshView& mesh, Channels<const T> positions,
+                                     const PatchTableOptions& options) {
+    Result<Topology> topology = build_topology(mesh);
+    if (!topology)
+        return topology.error();
+    const Status sound =
+        check_positions(positions, mesh.n_vertices, [](Index v) { return v; });
+    if (!sound)
+        return sound.error();
+    Result<Features> features = build_features(mesh, *topology);
+    if (!features)
+        return features.error();
+    Result<PatchTable> table =
+        build_table(mesh, std::move(*topology), std::move(*features), options);
+    if (!table)
+        return table.error();
+    return Surface(std::make_unique<Impl>(std::move(*table), positions));
 }
 
-}  // namespace
+Result<Surface> Surface::build(const MeshView& mesh, Channels<const float> positions,
+                               const PatchTableOptions& options) {
+    return Impl::build(mesh, positions, options);
+}
+Result<Surface> Surface::build(const MeshView& mesh, Channels<const double> positions,
+                               const PatchTableOptions& options) {
+    return Impl::build(mesh, positions, options);
+}
+
+Surface::Surface(std::unique_ptr<Impl> impl) noexcept : impl_(std::move(impl)) {}
+Surface::Surface(Surface&&) noexcept = default;
+Surface& Surface::operator=(Surface&&) noexcept = default;
+Surface::~Surface() = default;
+
+const Topology& Surface::base() const noexcept {
+    return impl_->table.base();
+}
+const ResolvedFeatures& Surface::features() const noexcept {
+    return impl_->table.features();
+}
+const PatchTable& Surface::patches() const noexcept {
+    return impl_->table;
+}
+const Evaluator& Surface::evaluator() const noexcept {
+    return *impl_->evaluator;
+}
+std::span<const Vec3<double>> Surface::points() const noexcept {
+    return impl_->points;
+}
+std::span<const Index> Surface::unused_vertices() const noexcept {
+    return impl_->unused_vertices;
+}
+
+SurfaceJet<double> Surface::evaluate(const Address& where, Chart chart) const noexcept {
+    return evaluator().evaluate<double>(points(), where, chart);
+}
 
 Status Surface::set_positions(std::span<const Vec3<double>> positions) {
     if (positions.size() != base().n_vertices()) {
@@ -78,11 +184,14 @@ Status Surface::set_positions(std::span<const Vec3<double>> positions) {
                     fmt::format("{} positions were given for {} vertices",
                                 positions.size(), base().n_vertices()));
     }
-    if (const Status s = check_positions(positions, [](Index v) { return v; }); !s)
-        return s;
-    detail::for_each_index(positions.size(), [&](Index v) { points_[v] = positions[v]; });
-    table_->refresh_points<double>(points_);
-    return ok();
+    return set_positions(channels(positions.data()));
+}
+
+Status Surface::set_positions(Channels<const float> positions) {
+    return impl_->set_checked(positions);
+}
+Status Surface::set_positions(Channels<const double> positions) {
+    return impl_->set_checked(positions);
 }
 
 Result<Change> Surface::move_vertices(std::span<const Index> vertices,
@@ -100,31 +209,32 @@ Result<Change> Surface::move_vertices(std::span<const Index> vertices,
                         v);
         }
     }
-    if (const Status s = check_positions(positions, [&](Index i) { return vertices[i]; });
+    if (const Status s = check_positions(channels(positions.data()), positions.size(),
+                                         [&](Index i) { return vertices[i]; });
         !s)
         return s.error();
-    if (!dependents_)
-        dependents_ = std::make_unique<const Dependents>(*table_);
+    if (!impl_->dependents)
+        impl_->dependents.emplace(patches());
     for (std::size_t i = 0; i < vertices.size(); ++i)
-        points_[vertices[i]] = positions[i];
-    Change change = dependents_->of(vertices);
-    table_->refresh_channels(3, std::span(&points_.data()->x, 3 * points_.size()),
-                             change.points);
+        impl_->points[vertices[i]] = positions[i];
+    Change change = impl_->dependents->of(vertices);
+    patches().refresh_channels(
+        3, std::span(&impl_->points.data()->x, 3 * impl_->points.size()), change.points);
     return change;
 }
 
 void Surface::add_base_weights(const Address& where, int r, double scale,
                                std::span<double> weights) const {
-    const PatchPoint point = table_->locate(where);
-    const PatchRef patch = table_->patch(point.patch);
+    const PatchPoint point = patches().locate(where);
+    const PatchRef patch = patches().patch(point.patch);
     const std::size_t n = patch.points.size();
     std::vector<double> all(n_derivatives(2) * n);
-    evaluator_->weights(point, 2, Chart::BaseUV, all);
+    evaluator().weights(point, 2, Chart::BaseUV, all);
     // From the last point back: each hands its weight on to the points before it.
     std::map<Index, double, std::greater<>> open;
     for (std::size_t i = 0; i < n; ++i)
         open[patch.points[i]] += scale * all[r * n + i];
-    const StencilTable& rows = table_->refined_points();
+    const StencilTable& rows = patches().refined_points();
     while (!open.empty()) {
         const auto [index, w] = *open.begin();
         open.erase(open.begin());
@@ -138,14 +248,16 @@ void Surface::add_base_weights(const Address& where, int r, double scale,
     }
 }
 
-SurfaceFunction Surface::function(Chart chart) const {
-    return [this, chart](const QuarterPoint& p) {
-        return evaluator_->evaluate<double>(points_, p, chart);
+SurfaceFunction surface_function(const Surface& surface, Chart chart) {
+    const Evaluator& evaluator = surface.evaluator();
+    const auto points = surface.points();
+    return [&evaluator, points, chart](const QuarterPoint& p) {
+        return evaluator.evaluate<double>(points, p, chart);
     };
 }
 
 Tessellation Surface::tessellate(int rate) const {
-    return osdx::tessellate(*evaluator_, points_, rate);
+    return osdx::tessellate(evaluator(), impl_->points, rate);
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -5,19 +5,24 @@
 
 #include <memory>
 #include <span>
-#include <vector>
 
-#include <osdx/buffer.h>
-#include <osdx/build_patch_table.h>
+#include <osdx/address.h>
+#include <osdx/channels.h>
 #include <osdx/dependents.h>
-#include <osdx/evaluator.h>
 #include <osdx/features.h>
 #include <osdx/mesh_data.h>
-#include <osdx/resolved_features.h>
+#include <osdx/patch_options.h>
+#include <osdx/result.h>
+#include <osdx/surface_jet.h>
 #include <osdx/tessellation.h>
-#include <osdx/topology.h>
+#include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
+
+class Evaluator;
+class PatchTable;
+struct ResolvedFeatures;
+struct Topology;
 
 /// A smooth surface over a polygon mesh, closed or open, with creases, corners and holes:
 /// regular B-spline patches, and one multisided patch over each extraordinary region.
@@ -26,7 +31,7 @@ namespace osdx {
 /// in the positions.
 ///
 /// Units: those of the mesh. Threads: const members may run at the same time.
-class Surface {
+class OSDX_API Surface {
 public:
     /// \return InvalidOption, or what build_topology, build_features and check_surface
     ///         return.
@@ -34,20 +39,36 @@ public:
                                  const PatchTableOptions& options = {},
                                  const FeatureOptions& tags = {});
 
-    const Topology& base() const noexcept { return table_->base(); }
+    /// From arrays of others, which are not kept.
+    /// \param positions  three channels of mesh.n_vertices vertices
+    /// \return besides, SizeMismatch for another number of channels, NonFinitePoint, and what
+    ///         build_features() returns for a view
+    static Result<Surface> build(const MeshView& mesh, Channels<const float> positions,
+                                 const PatchTableOptions& options = {});
+    static Result<Surface> build(const MeshView& mesh, Channels<const double> positions,
+                                 const PatchTableOptions& options = {});
+
+    Surface(Surface&&) noexcept;
+    Surface& operator=(Surface&&) noexcept;
+    ~Surface();
+
+    const Topology& base() const noexcept;
     /// Borders, creases, corners and holes; see PatchTable::features().
-    const ResolvedFeatures& features() const noexcept { return table_->features(); }
-    const PatchTable& patches() const noexcept { return *table_; }
-    const Evaluator& evaluator() const noexcept { return *evaluator_; }
+    const ResolvedFeatures& features() const noexcept;
+    const PatchTable& patches() const noexcept;
+    const Evaluator& evaluator() const noexcept;
     /// The points of patches(): control points of all patches and what they are made from;
     /// the base vertices come first.
-    std::span<const Vec3<double>> points() const noexcept { return points_; }
+    std::span<const Vec3<double>> points() const noexcept;
     /// Vertices that no face uses, in ascending order: kept, without influence.
-    std::span<const Index> unused_vertices() const noexcept { return unused_vertices_; }
+    std::span<const Index> unused_vertices() const noexcept;
 
     /// New positions for the same mesh.
     /// \return SizeMismatch or NonFinitePoint; then nothing has changed.
     Status set_positions(std::span<const Vec3<double>> positions);
+    /// The same from an array of others: three channels of base().n_vertices() vertices.
+    Status set_positions(Channels<const float> positions);
+    Status set_positions(Channels<const double> positions);
 
     /// New positions for some vertices, for the price of what depends on them. The result is
     /// that of set_positions() to the last bit. The first call makes the tables for it, in
@@ -60,9 +81,7 @@ public:
     /// Position and derivatives at a point of a base face.
     /// \pre where.face < base().n_faces()
     SurfaceJet<double> evaluate(const Address& where,
-                                Chart chart = Chart::BaseUV) const noexcept {
-        return evaluator_->evaluate<double>(points_, where, chart);
-    }
+                                Chart chart = Chart::BaseUV) const noexcept;
 
     /// Adds `scale` times the weights of the base vertices for derivative r of the surface
     /// (0: position, then du, dv, duu, duv, dvv) to `weights`: what the surface at this
@@ -71,22 +90,13 @@ public:
     void add_base_weights(const Address& where, int r, double scale,
                           std::span<double> weights) const;
 
-    /// The surface as a function, with all derivatives. Chart::Native gives normals and
-    /// curvature also where (u, v) is singular, at smooth border vertices of one face.
-    /// \pre the surface outlives it, unmoved
-    SurfaceFunction function(Chart chart = Chart::BaseUV) const;
-
     /// \pre rate >= 1
     Tessellation tessellate(int rate) const;
 
 private:
-    Surface() = default;
-
-    std::unique_ptr<const PatchTable> table_;  // stays put: the evaluator refers to it
-    std::unique_ptr<const Evaluator> evaluator_;
-    std::unique_ptr<const Dependents> dependents_;  // from the first use on
-    Buffer<Vec3<double>> points_;
-    std::vector<Index> unused_vertices_;
+    struct Impl;
+    explicit Surface(std::unique_ptr<Impl> impl) noexcept;
+    std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -8,12 +8,18 @@
 #include <numeric>
 #include <utility>
 
+#include <osdx/evaluator.h>
 #include <osdx/grid_evaluator.h>
+#include <osdx/patch_table.h>
+#include <osdx/resolved_features.h>
+#include <osdx/surface_function.h>
+#include <osdx/tessellate.h>
 #include <osdx/tessellation.h>
+#include <osdx/topology.h>
 
 #include "far/parallel.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 /// The facets of a face of n corners at a rate, and its points by local numbers.
@@ -452,4 +458,4 @@ std::vector<std::array<Index, 3>> triangles(const Tessellation& t) {
     return result;
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

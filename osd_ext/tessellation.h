@@ -4,19 +4,14 @@
 #pragma once
 
 #include <array>
-#include <functional>
 #include <span>
 #include <vector>
 
 #include <osdx/address.h>
 #include <osdx/buffer.h>
-#include <osdx/evaluator.h>
-#include <osdx/resolved_features.h>
-#include <osdx/surface_jet.h>
-#include <osdx/topology.h>
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// The surface as a watertight mesh of small facets, each inside one base face.
 ///
@@ -45,35 +40,12 @@ struct Tessellation {
     Buffer<Index> facet_texcoords;  ///< of each corner
 };
 
-/// A surface over the faces of a base mesh, with derivatives in (u, v). Called from several
-/// threads at the same time.
-using SurfaceFunction = std::function<SurfaceJet<double>(const QuarterPoint&)>;
-
-/// Tessellates every base face of n corners that is no hole into rings of quads: every edge
-/// of the mesh gets `rate` segments. At even rates no facet leaves its quarter of the face; at
-/// odd rates the facets on the middle lines do, with a triangle, a quad or a fan of triangles
-/// in the centre.
-///
-/// The sides of a vertex are the fans of faces between its infinitely sharp edges; a vertex
-/// where one such edge ends has one side. Holes have no facets, and no points of their own;
-/// the surface is not evaluated there.
-///
-/// Threads: goes wide; the result does not depend on their number. O(result).
-/// \param features  sharp edges and holes of the base, as PatchTable::features() has them
-/// \pre rate >= 1
-Tessellation tessellate(const Topology& base, const ResolvedFeatures& features, int rate,
-                        const SurfaceFunction& surface);
-
-/// The same of the surface of a patch table, by GridEvaluator.
-/// \param points  all control points, evaluator.table().n_points() of them
-Tessellation tessellate(const Evaluator& evaluator, std::span<const Vec3<double>> points,
-                        int rate);
-
 /// The facets cut into triangles, a quad along the diagonal from its first corner: places in
 /// facet_points, facet_normals and facet_uvs.
-std::vector<std::array<Index, 3>> triangle_corners(const Tessellation& tessellation);
+OSDX_API std::vector<std::array<Index, 3>> triangle_corners(
+    const Tessellation& tessellation);
 
 /// The same triangles as points.
-std::vector<std::array<Index, 3>> triangles(const Tessellation& tessellation);
+OSDX_API std::vector<std::array<Index, 3>> triangles(const Tessellation& tessellation);
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

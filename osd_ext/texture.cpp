@@ -6,9 +6,13 @@
 #include <utility>
 
 #include <osdx/build_topology.h>
+#include <osdx/patch_table.h>
+#include <osdx/resolved_features.h>
+#include <osdx/tessellate.h>
 #include <osdx/texture.h>
+#include <osdx/topology.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 Result<TextureSurface> TextureSurface::build(const MeshData& data,
                                              const PatchTableOptions& options,
@@ -110,4 +114,4 @@ void TextureSurface::add_to(Tessellation& t, int rate) const {
     t.facet_texcoords = std::move(own.facet_points);
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

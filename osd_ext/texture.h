@@ -12,9 +12,10 @@
 #include <osdx/face_varying.h>
 #include <osdx/features.h>
 #include <osdx/mesh_data.h>
+#include <osdx/patch_table.h>
 #include <osdx/tessellation.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// A texture coordinate and its derivatives in the (u, v) of the base face.
 struct TextureJet {
@@ -33,7 +34,7 @@ struct TextureJet {
 /// laid on the fourth level of refinement only, MultisidedOptions::isolate_corners.
 ///
 /// Threads: const members may run at the same time.
-class TextureSurface {
+class OSDX_API TextureSurface {
 public:
     /// \param options  those of the Surface; all that counts is the degree
     /// \param rule  instead of that of the mesh's tags, or All
@@ -67,4 +68,4 @@ private:
     std::unique_ptr<const Evaluator> evaluator_;
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -46,9 +46,12 @@
 #include <osdx/mesh_data.h>
 #include <osdx/mesh_file.h>
 #include <osdx/openmesh.h>
+#include <osdx/patch_class.h>
 #include <osdx/patch_table.h>
 #include <osdx/resolved_features.h>
 #include <osdx/surface.h>
+#include <osdx/surface_function.h>
+#include <osdx/tessellate.h>
 #include <osdx/tessellation.h>
 #include <osdx/texture.h>
 #include <osdx/topology.h>
@@ -588,10 +591,10 @@ void tessellation_lines(const Report& report, const Surface& surface) {
     const bool fine = base.n_faces() <= kMostFacesOfLevels;
     report.line("tessellate even", surface.tessellate(fine ? 4 : 2));
     report.line("tessellate odd", surface.tessellate(fine ? 3 : 1));
-    report.line("tessellate uv",
-                tessellate(base, surface.features(), fine ? 2 : 1, surface.function()));
+    report.line("tessellate uv", tessellate(base, surface.features(), fine ? 2 : 1,
+                                            surface_function(surface)));
     const Tessellation native =
-        tessellate(base, surface.features(), 1, surface.function(Chart::Native));
+        tessellate(base, surface.features(), 1, surface_function(surface, Chart::Native));
     report.line("tessellate native", native, triangles(native));
 }
 
@@ -685,9 +688,9 @@ void distance_line(const Report& report, const MeshData& mesh) {
     const auto b = Surface::build(mesh, {.family = PatchFamily::Gregory});
     if (!a || !b || a->base().n_faces() > kMostFacesOfDistances)
         return;
-    report.result("distance",
-                  measure_distance(a->base(), a->features(), a->function(), b->function(),
-                                   2, bounding_diagonal(mesh.positions)));
+    report.result("distance", measure_distance(a->base(), a->features(),
+                                               surface_function(*a), surface_function(*b),
+                                               2, bounding_diagonal(mesh.positions)));
 }
 
 // ---- Refinement

@@ -19,7 +19,9 @@
 
 #include <osdx/analysis/continuity.h>
 #include <osdx/mesh_file.h>
+#include <osdx/patch_table.h>
 #include <osdx/surface.h>
+#include <osdx/topology.h>
 
 #include "tests/support/border_curve.h"
 

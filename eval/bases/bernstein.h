@@ -9,7 +9,7 @@
 
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// The Bernstein polynomials of degree d as Taylor coefficients:
 /// out[j * (order + 1) + r] = B_j^(r)(u) / r!, j = 0..d.
@@ -49,4 +49,4 @@ constexpr void bernstein_basis(int degree, T u, int order, std::span<T> out) noe
     }
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

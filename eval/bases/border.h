@@ -17,7 +17,7 @@
 #include "eval/bases/jet.h"
 #include "eval/bases/polygon.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// x^d
 template <class J>
@@ -173,8 +173,8 @@ private:
 template <class J>
 J RibbonBorder::parameter(const J& h_i, const J& h_o) const noexcept {
     const J one(1.0), sum = h_i + h_o, m = h_i / sum;
-    const double near = 1.0 / d_;
-    const J w_i = blend(near * h_o, h_i, d_), w_o = blend(near * h_i, h_o, d_);
+    const double step = 1.0 / d_;
+    const J w_i = blend(step * h_o, h_i, d_), w_o = blend(step * h_i, h_o, d_);
     return double(intervals_) * (m + (sum - one) * (w_i * m - w_o * (one - m)));
 }
 
@@ -286,4 +286,4 @@ void RibbonBorder::for_each_axis(const D& domain, F&& f) const noexcept {
     }
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

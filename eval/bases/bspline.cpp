@@ -3,9 +3,9 @@
 
 #include "eval/bases/bspline.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 template void bspline_basis<float>(int, float, int, std::span<float>) noexcept;
 template void bspline_basis<double>(int, double, int, std::span<double>) noexcept;
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

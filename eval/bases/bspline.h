@@ -9,7 +9,7 @@
 
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// The uniform B-splines of degree d that do not vanish on one knot interval [0, 1], as Taylor
 /// coefficients: out[j * (order + 1) + r] = N_j^(r)(u) / r!, j = 0..d counted from the left.
@@ -59,4 +59,4 @@ void bspline_basis(int degree, T u, int order, std::span<T> out) noexcept {
 extern template void bspline_basis<float>(int, float, int, std::span<float>) noexcept;
 extern template void bspline_basis<double>(int, double, int, std::span<double>) noexcept;
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

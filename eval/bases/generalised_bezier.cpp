@@ -5,11 +5,11 @@
 
 #include <cassert>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 GeneralisedBezierBasis::GeneralisedBezierBasis(int n, int degree, CentrePoint centre)
     : polygon_(n), d_(degree), l_((degree + 1) / 2), centre_(centre) {
     assert(n >= 3 && degree >= kMinBezierDegree && degree <= kMaxDegree);
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

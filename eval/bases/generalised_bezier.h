@@ -15,7 +15,7 @@
 #include "eval/bases/jet.h"
 #include "eval/bases/polygon.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// What makes the weights of an n-sided Bezier patch sum to one.
 enum class CentrePoint : std::uint8_t {
@@ -330,4 +330,4 @@ Jet<T, Order> GeneralisedBezierBasis::for_each_weight(const DomainPointOf<T>& p,
     return one;
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

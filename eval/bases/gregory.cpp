@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 DomainPoint GregoryBasis::from_native(const Vec2<double>& xy) const noexcept {
     if (n() == 4)
@@ -13,4 +13,4 @@ DomainPoint GregoryBasis::from_native(const Vec2<double>& xy) const noexcept {
     return ribbons_.from_native(xy);
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

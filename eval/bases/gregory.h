@@ -13,7 +13,7 @@
 #include "eval/bases/jet.h"
 #include "eval/bases/polygon.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// The basis functions of Gregory patches of n sides.
 ///
@@ -183,4 +183,4 @@ Jet<T, Order> GregoryBasis::quad_weights(const T& u, const T& v,
     return one;
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

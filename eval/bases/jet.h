@@ -6,7 +6,9 @@
 #include <array>
 #include <concepts>
 
-namespace osdx {
+#include <osdx/version.h>
+
+namespace osdx::inline OSDX_ABI {
 
 /// The number by which code chooses between formulas that agree where they meet: the scalar
 /// itself. Other scalars, intervals for instance, have a function of this name of their own, in
@@ -114,4 +116,4 @@ struct JetPowers {
     }
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

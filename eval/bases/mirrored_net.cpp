@@ -3,7 +3,7 @@
 
 #include "eval/bases/mirrored_net.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 MirroredNet::MirroredNet(const PatchClass& patch_class)
     : class_(patch_class),
@@ -134,4 +134,4 @@ MirroredNet::Terms MirroredNet::axis_point(int axis, int j) const {
     return j < d_ ? curve_terms(i, d_ - 1 - j) : curve_terms(o, j - d_);
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -8,7 +8,7 @@
 #include <osdx/patch_class.h>
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// The control net of the whole n-gon of which an EV or EF patch at a border is a part: points
 /// beyond a border are mirror images, 2 P(foot) - P, and so combinations of control points.
@@ -47,4 +47,4 @@ private:
     int n_, d_, columns_;
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

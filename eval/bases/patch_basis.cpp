@@ -3,7 +3,7 @@
 
 #include "eval/bases/patch_basis.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 PatchBasis::Basis make(const PatchClass& c) {
@@ -38,4 +38,4 @@ DomainPoint PatchBasis::from_native(const Vec2<double>& xy) const noexcept {
     return std::visit([&](const auto& basis) { return basis.from_native(xy); }, basis_);
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

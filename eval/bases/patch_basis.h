@@ -15,7 +15,7 @@
 #include "eval/bases/ribbon.h"
 #include "eval/bases/weight_sink.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// The basis functions of a class of patches: one of three.
 ///
@@ -87,4 +87,4 @@ extern template Jet<double, 1> PatchBasis::sum_weights(const DomainPoint&, Chart
 extern template Jet<double, 2> PatchBasis::sum_weights(const DomainPoint&, Chart,
                                                        WeightSink<2>) const noexcept;
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 Polygon::Polygon(int n) : n_(n), centre_distance_(std::cos(std::numbers::pi / n)) {
     const double angle = std::numbers::pi / n;
@@ -57,4 +57,4 @@ DomainPoint Polygon::sector_place(int sector, const Vec2<double>& xy) const noex
             std::clamp((t + difference) / 2, 0.0, 1.0)};
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

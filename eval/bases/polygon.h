@@ -10,7 +10,7 @@
 
 #include "eval/bases/jet.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// The regular n-gon with the vertices v_i = (cos 2 pi i/n, sin 2 pi i/n), the domain of
 /// n-sided patches. Side k is the edge v_(k-1) v_k, and l_k is the distance to side k.
@@ -192,4 +192,4 @@ private:
     PolygonSideParameters<Order, PolygonDistances<Order, T>> parameters_;
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

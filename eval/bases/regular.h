@@ -13,7 +13,7 @@
 #include "eval/bases/bspline.h"
 #include "eval/bases/jet.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// The basis functions of regular patches: the uniform B-spline of bi-degree d on [0,1]^2, whose
 /// (s, t) are the (a, b) of the domain point; there are no sectors.
@@ -54,4 +54,4 @@ private:
     int d_;
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -10,7 +10,7 @@
 #include "eval/bases/bspline.h"
 #include "eval/bases/ribbon.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// A point of the triangle (1,0), (0,1), (-1,0): barycentric coordinates, as jets. The first
 /// and the last vertex are the ends of the border.
@@ -144,13 +144,14 @@ Jet<T, Order> RibbonBasis::triangle_weights(const Triangle<Order, T>& at,
     const J one(1.0);
     const J beta = blend(at.first, at.last, d_);
     J f;
-    const auto add = [&](int ribbon, const J& far, const J& near, const J& weight) {
-        const J span = at.corner + near;
+    const auto add = [&](int ribbon, const J& to_other, const J& to_own,
+                         const J& weight) {
+        const J span = at.corner + to_own;
         if (representative(span.c[0]) == 0)
             return;  // at the far end of the border, where the weight vanishes
         const J half = 0.5 * at.corner / span;
         ribbon_weights<Order, T>(ribbon, ribbon == 0 ? J(0.5) + half : J(0.5) - half,
-                                 0.5 * far, one, one, f,
+                                 0.5 * to_other, one, one, f,
                                  [&](Index i, const J& w) { sink(i, w * weight); });
     };
     add(0, at.last, at.first, beta);
@@ -231,4 +232,4 @@ Jet<T, Order> RibbonBasis::for_each_weight(const DomainPointOf<T>& p, Chart char
     return f;
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

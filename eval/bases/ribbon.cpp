@@ -8,7 +8,7 @@
 
 #include <glm/geometric.hpp>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 /// Bezier coefficients c_0 .. c_(2d-1) of the last piece of the extended function E_(d-1):
@@ -136,4 +136,4 @@ RibbonBasis::SideParameters RibbonBasis::side_parameters(const DomainPoint& p) c
     return r;
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -16,7 +16,7 @@
 #include "eval/bases/mirrored_net.h"
 #include "eval/bases/polygon.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// The basis functions of EV and EF patches, with the tables that they need.
 ///
@@ -127,6 +127,6 @@ private:
     std::array<double, 2 * kMaxDegree> extended_{};  // Bezier coefficients of E_(d-1)
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI
 
 #include "eval/bases/ribbon-inl.h"  // IWYU pragma: keep: the templates

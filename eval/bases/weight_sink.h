@@ -7,7 +7,7 @@
 
 #include "eval/bases/jet.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// What takes the contributions to the weights of control points, known by its address: so
 /// PatchBasis::for_each_weight() is compiled once and not for every caller.
@@ -34,4 +34,4 @@ private:
     Call call_;
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

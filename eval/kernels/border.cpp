@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 BorderKernel::BorderKernel(const RibbonBasis& basis) : border_(basis.border()) {
     const PatchClass& c = basis.patch_class();
@@ -149,4 +149,4 @@ template void BorderKernel::sum(const KernelTables&, const PointKernels&,
                                 const DomainPoint&, Chart, int, ChartTurn,
                                 const PointSum<double>&, PointJet&) const noexcept;
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -13,7 +13,7 @@
 #include "eval/bases/ribbon.h"
 #include "eval/kernels/point_kernels.h"
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// Sums over patches at borders and spikes: by the kernels of the whole n-gon, whose points are
 /// combinations of the patch' own (MirroredNet), and the formula of RibbonBorder.
@@ -59,4 +59,4 @@ extern template void BorderKernel::sum(const KernelTables&, const PointKernels&,
                                        const DomainPoint&, Chart, int, ChartTurn,
                                        const PointSum<double>&, PointJet&) const noexcept;
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

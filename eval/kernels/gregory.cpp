@@ -15,7 +15,7 @@
 #include "eval/kernels/points-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
 
 template <int kOrder, class T>
 void gregory(const KernelTables&, const DomainPoint& p, PointFrame, ChartTurn turn,
@@ -80,11 +80,11 @@ void set_gregory(PointKernels& kernels) {
     kernels.many = {&gregory_points<0>, &gregory_points<1>, &gregory_points<2>};
 }
 
-}  // namespace osdx::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 HWY_EXPORT(set_gregory);
 
@@ -95,5 +95,5 @@ void set_gregory_kernels(PointKernels& kernels) {
 }
 
 }  // namespace detail
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI
 #endif  // HWY_ONCE

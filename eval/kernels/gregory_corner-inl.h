@@ -16,7 +16,7 @@
 // of its own: x runs from the corner to the next one, y to the one before.
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
 
 /// The product of a function of x and one of y.
 template <class V, int kOrder>
@@ -131,7 +131,7 @@ HWY_INLINE LaneJet<V, kOrder> sum_of_corners(const LaneJet<V, kOrder>* corners) 
     return r;
 }
 
-}  // namespace osdx::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // OSDX_EVAL_GREGORY_POINTS_INL_H_

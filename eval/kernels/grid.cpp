@@ -5,7 +5,7 @@
 
 #include <hwy/highway.h>
 
-namespace osdx::grid {
+namespace osdx::inline OSDX_ABI::grid {
 
 template <class T>
 Kernel<T> kernel(const Table<T>& table, Layout layout) noexcept {
@@ -30,4 +30,4 @@ std::size_t scratch_size(const Table<T>& table) noexcept {
 template std::size_t scratch_size(const Table<float>&) noexcept;
 template std::size_t scratch_size(const Table<double>&) noexcept;
 
-}  // namespace osdx::grid
+}  // namespace osdx::inline OSDX_ABI::grid

@@ -11,7 +11,7 @@
 
 // The kernels of osdx/grid_evaluator.h.
 
-namespace osdx::grid {
+namespace osdx::inline OSDX_ABI::grid {
 
 /// Weights stand in panels of so many bytes, one vector of the widest instruction set: no
 /// vector of any set is split between cache lines.
@@ -146,4 +146,4 @@ void stream(const float* from, std::size_t n, float* to) noexcept;
 template <>
 void stream(const double* from, std::size_t n, double* to) noexcept;
 
-}  // namespace osdx::grid
+}  // namespace osdx::inline OSDX_ABI::grid

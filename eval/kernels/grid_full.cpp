@@ -15,7 +15,7 @@
 // Full tables: a dense product of weights and control points.
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::grid::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::grid::HWY_NAMESPACE {
 namespace {
 
 /// G vectors of rows, from row `first` on, of P patches: x, y, z of each to `sums`, patch by
@@ -132,11 +132,11 @@ void full_double(const Table<double>& table, const Batch<double>& batch,
     evaluate<Any>(table, batch, target, scratch);
 }
 
-}  // namespace osdx::grid::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::grid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace osdx::grid {
+namespace osdx::inline OSDX_ABI::grid {
 
 HWY_EXPORT(full_float);
 HWY_EXPORT(full_double);
@@ -150,5 +150,5 @@ Kernel<double> full_kernel() noexcept {
     return HWY_DYNAMIC_DISPATCH(full_double);
 }
 
-}  // namespace osdx::grid
+}  // namespace osdx::inline OSDX_ABI::grid
 #endif  // HWY_ONCE

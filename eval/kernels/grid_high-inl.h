@@ -15,7 +15,7 @@
 // Products of high degree, but into planar layouts.
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::grid::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::grid::HWY_NAMESPACE {
 namespace {
 
 // Of the layout that is common. First along i, for each row of control points, straight from
@@ -362,7 +362,7 @@ struct Any {
 
 }  // namespace
 
-}  // namespace osdx::grid::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::grid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // OSDX_EVAL_GRID_HIGH_INL_H_

@@ -12,18 +12,18 @@
 #include "eval/kernels/grid_high-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::grid::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::grid::HWY_NAMESPACE {
 
 void high_double(const Table<double>& table, const Batch<double>& batch,
                  const Target<double>& target, double* scratch) {
     evaluate<Any>(table, batch, target, scratch);
 }
 
-}  // namespace osdx::grid::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::grid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace osdx::grid {
+namespace osdx::inline OSDX_ABI::grid {
 
 HWY_EXPORT(high_double);
 
@@ -32,5 +32,5 @@ Kernel<double> high_kernel() noexcept {
     return HWY_DYNAMIC_DISPATCH(high_double);
 }
 
-}  // namespace osdx::grid
+}  // namespace osdx::inline OSDX_ABI::grid
 #endif  // HWY_ONCE

@@ -12,18 +12,18 @@
 #include "eval/kernels/grid_high-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::grid::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::grid::HWY_NAMESPACE {
 
 void high_float(const Table<float>& table, const Batch<float>& batch,
                 const Target<float>& target, float* scratch) {
     evaluate<Any>(table, batch, target, scratch);
 }
 
-}  // namespace osdx::grid::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::grid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace osdx::grid {
+namespace osdx::inline OSDX_ABI::grid {
 
 HWY_EXPORT(high_float);
 
@@ -32,5 +32,5 @@ Kernel<float> high_kernel() noexcept {
     return HWY_DYNAMIC_DISPATCH(high_float);
 }
 
-}  // namespace osdx::grid
+}  // namespace osdx::inline OSDX_ABI::grid
 #endif  // HWY_ONCE

@@ -14,7 +14,7 @@
 // Any kind of table into any layout.
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::grid::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::grid::HWY_NAMESPACE {
 namespace {
 
 /// Into any layout, by Any::run<interleaved>() into the two that it knows.
@@ -55,7 +55,7 @@ void evaluate(const Table<T>& table, const Batch<T>& batch, const Target<T>& tar
 }
 
 }  // namespace
-}  // namespace osdx::grid::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::grid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // OSDX_EVAL_GRID_LAYOUT_INL_H_

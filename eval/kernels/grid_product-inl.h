@@ -15,7 +15,7 @@
 // Products of low degree, and of any degree into planar layouts.
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::grid::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::grid::HWY_NAMESPACE {
 namespace {
 
 /// K = degree + 1, or 0 for whatever the table says.
@@ -279,7 +279,7 @@ struct Any {
 
 }  // namespace
 
-}  // namespace osdx::grid::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::grid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // OSDX_EVAL_GRID_PRODUCT_INL_H_

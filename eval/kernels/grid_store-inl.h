@@ -24,7 +24,7 @@
 // How the kernels of grids put samples where they are wanted.
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::grid::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::grid::HWY_NAMESPACE {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
@@ -320,7 +320,7 @@ void put_packed(const Table<T>& table, const Target<T>& target, Index first_samp
 }
 
 }  // namespace
-}  // namespace osdx::grid::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::grid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // OSDX_EVAL_GRID_STORE_INL_H_

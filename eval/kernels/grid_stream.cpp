@@ -17,7 +17,7 @@
 #include "eval/kernels/grid_store-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::grid::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::grid::HWY_NAMESPACE {
 namespace {
 
 template <class T>
@@ -43,11 +43,11 @@ void stream_double(const double* from, std::size_t n, double* to) {
     stream(from, n, to);
 }
 
-}  // namespace osdx::grid::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::grid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace osdx::grid {
+namespace osdx::inline OSDX_ABI::grid {
 
 HWY_EXPORT(stream_float);
 HWY_EXPORT(stream_double);
@@ -61,5 +61,5 @@ void stream(const double* from, std::size_t n, double* to) noexcept {
     HWY_DYNAMIC_DISPATCH(stream_double)(from, n, to);
 }
 
-}  // namespace osdx::grid
+}  // namespace osdx::inline OSDX_ABI::grid
 #endif  // HWY_ONCE

@@ -14,7 +14,7 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // Registers go by value everywhere: what has an address costs compilers dear, those that
@@ -491,7 +491,7 @@ struct BlendedInner {
     }
 };
 
-}  // namespace osdx::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // OSDX_EVAL_LANES_INL_H_

@@ -3,7 +3,7 @@
 
 #include "eval/kernels/patch_kernel.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 PatchKernel::PatchKernel(const PatchBasis& basis)
     : is_square_(basis.patch_class().is_square()),
@@ -32,4 +32,4 @@ PatchKernel::PatchKernel(const PatchBasis& basis)
     }
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

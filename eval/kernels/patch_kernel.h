@@ -14,7 +14,7 @@
 #include "eval/kernels/point_kernels.h"
 #include "eval/turn.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// The vectorised kernels for a class of patches, chosen once for it: what they compute is what
 /// PatchBasis::for_each_weight() gives, up to rounding. Where they have nothing, at the corners
@@ -70,4 +70,4 @@ private:
     std::optional<detail::BorderKernel> border_;
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

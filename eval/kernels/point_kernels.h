@@ -16,7 +16,7 @@
 
 /// The kernels of single points, for the instruction set of this machine: a file for each kind
 /// of patch. Weights and sums are formed in double.
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// The variables of derivatives: (x, y) of the sector, x running to its corner, or what Chart says.
 enum class PointFrame { Sector, Native, BaseUV };
@@ -106,4 +106,4 @@ void set_ribbon_weights_kernels(const KernelTables& tables, PointKernels& kernel
 /// Rings at some places at once.
 void set_ribbon_many_kernels(const KernelTables& tables, PointKernels& kernels);
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

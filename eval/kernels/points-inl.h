@@ -15,7 +15,7 @@
 // What the kernels of single points share: how control points are read and jets are written.
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
 
 using detail::ChartTurn;
 using detail::KernelTables;
@@ -105,7 +105,7 @@ HWY_INLINE void put(LaneJet<Quad, kOrder> derivatives, PointJet& out) {
         derivatives.c[r].store(out.value[r]);
 }
 
-}  // namespace osdx::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // OSDX_EVAL_POINTS_INL_H_

@@ -14,7 +14,7 @@
 #include "eval/kernels/points-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
 
 /// The basis at u: derivative r of function j over r! in out[r][j].
 template <int kDegree, int kOrder>
@@ -140,11 +140,11 @@ void set_regular(const KernelTables& tables, PointKernels& kernels) {
     tables.degree == 3 ? set_regular_of<3>(kernels) : set_regular_of<0>(kernels);
 }
 
-}  // namespace osdx::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 HWY_EXPORT(set_regular);
 
@@ -155,5 +155,5 @@ void set_regular_kernels(const KernelTables& tables, PointKernels& kernels) {
 }
 
 }  // namespace detail
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI
 #endif  // HWY_ONCE

@@ -16,7 +16,7 @@
 // ribbons come one after the other. Variables are (x, y) of the n-gon, whatever the sectors.
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
 
 using detail::PointPlaces;
 
@@ -46,12 +46,12 @@ struct RingPlaces {
         }
         // Exact 0 on the sides at the corner of the sector, and to relative precision near them.
         const P8 one = P8::of(1), half = P8::of(*t.right.at(0));
-        alignas(64) double near[2][kLanes];
-        ((one - a) * mul_add(b, half, (one - b) * centre)).store(near[0]);
-        ((one - b) * mul_add(a, half, (one - a) * centre)).store(near[1]);
+        alignas(64) double at_corner[2][kLanes];
+        ((one - a) * mul_add(b, half, (one - b) * centre)).store(at_corner[0]);
+        ((one - b) * mul_add(a, half, (one - a) * centre)).store(at_corner[1]);
         for (int i = 0; i < kLanes; ++i) {
-            distances[at.sector[i]][i] = near[0][i];
-            distances[t.next[at.sector[i]]][i] = near[1][i];
+            distances[at.sector[i]][i] = at_corner[0][i];
+            distances[t.next[at.sector[i]]][i] = at_corner[1][i];
         }
     }
 
@@ -150,7 +150,7 @@ HWY_INLINE void ring_point_weights(const RingTables& t, const RingPlaces& places
         take(0, vertex);
 }
 
-}  // namespace osdx::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // OSDX_EVAL_RIBBON_POINTS_INL_H_

@@ -15,7 +15,7 @@
 #include "eval/kernels/ribbon_many-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
 
 /// At some places at once.
 template <int kDegree, bool kEV, int kOrder>
@@ -65,11 +65,11 @@ void set_ribbon_many(const KernelTables& tables, PointKernels& kernels) {
     }
 }
 
-}  // namespace osdx::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 HWY_EXPORT(set_ribbon_many);
 
@@ -80,5 +80,5 @@ void set_ribbon_many_kernels(const KernelTables& tables, PointKernels& kernels) 
 }
 
 }  // namespace detail
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI
 #endif  // HWY_ONCE

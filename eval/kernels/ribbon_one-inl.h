@@ -16,7 +16,7 @@
 // which sums over them are divided in the end: that they sum to one is nobody's care here.
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
 
 // ------------------------------------------------------------------ cubic ribbons
 
@@ -397,7 +397,7 @@ HWY_INLINE void block_weights(const RingTables& t, PatchKind kind,
         cubic_weights<false, kOrder>(t, ribbons, weights);
 }
 
-}  // namespace osdx::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // OSDX_EVAL_RIBBON_ONE_INL_H_

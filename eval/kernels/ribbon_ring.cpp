@@ -15,7 +15,7 @@
 #include "eval/kernels/ribbon_weights-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
 
 template <int kOrder>
 HWY_NOINLINE void ring_weights(const RingTables& t, PatchKind kind, const DomainPoint& p,
@@ -91,11 +91,11 @@ void set_ribbon_weights(const KernelTables& tables, PointKernels& kernels) {
     }
 }
 
-}  // namespace osdx::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 HWY_EXPORT(set_ribbon_weights);
 
@@ -107,5 +107,5 @@ void set_ribbon_weights_kernels(const KernelTables& tables, PointKernels& kernel
 
 }  // namespace detail
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI
 #endif  // HWY_ONCE

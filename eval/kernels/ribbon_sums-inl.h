@@ -17,7 +17,7 @@
 // Sums over the control points of EV and EF patches inside.
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
 
 /// Control points in lanes x, y, z, 1, so that the sum of the weights is beside the sums of
 /// weights times points, and constants come out as such. Where ribbons fill a wide register two
@@ -233,7 +233,7 @@ void polygon_sum(const KernelTables& tables, const DomainPoint& p, PointFrame fr
     put(in_frame(t, p, frame, turn, jet), out);
 }
 
-}  // namespace osdx::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // OSDX_EVAL_RIBBON_SUMS_INL_H_

@@ -14,7 +14,7 @@
 #include "eval/kernels/ribbon_sums-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
 
 void set_ribbon_sums_float(PointKernels& kernels) {
     if constexpr (kHasRibbons)
@@ -22,11 +22,11 @@ void set_ribbon_sums_float(PointKernels& kernels) {
                              &polygon_sum<2, float>};
 }
 
-}  // namespace osdx::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 HWY_EXPORT(set_ribbon_sums_float);
 
@@ -38,5 +38,5 @@ void set_ribbon_sums_float_kernels(PointKernels& kernels) {
 
 }  // namespace detail
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI
 #endif  // HWY_ONCE

@@ -9,7 +9,7 @@
 
 #include "eval/bases/bspline.h"
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 namespace {
 
 /// E_(d-1) continues N_(d-1) at d-2 with all derivatives below d and ends with a zero of
@@ -79,7 +79,7 @@ RingTables::RingTables(const PatchClass& patch_class, const Polygon& polygon)
       around_y(n, [&](int k) { return -degree * sum_slope * polygon.normal(k).y; }),
       of_degree(1.0 / degree),
       power_bend(0.5 * (degree - 1) / degree),
-      far_weight(n, [&](int j) { return far(j); }),
+      far_weight(n, [&](int j) { return weight_if_far(j); }),
       is_far(n, [](int k) { return k > 1 ? 1.0 : 0.0; }),
       near_weight{near_table(-1), near_table(0), near_table(1)} {
     one.fill(1);
@@ -96,7 +96,7 @@ RingTables::RingTables(const PatchClass& patch_class, const Polygon& polygon)
         sector_turn.emplace_back(std::cos(angle), std::sin(angle));
     }
     for (int j = 0; j < n + kLanes; ++j)
-        far_weight_once.push_back(j < n ? far(j) : 0.0);
+        far_weight_once.push_back(j < n ? weight_if_far(j) : 0.0);
     if (is_ring())
         build_polynomials();
     if (patch_class.kind == PatchKind::EV)
@@ -146,4 +146,4 @@ void RingTables::build_polynomials() {
     twice_total_1 = 2 * total[1];
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

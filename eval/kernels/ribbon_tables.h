@@ -12,7 +12,7 @@
 
 #include "eval/bases/polygon.h"
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// Ribbons, or sides of a polygon, that are worked on at a time.
 inline constexpr int kLanes = 8;
@@ -109,9 +109,9 @@ struct RingTables {
     std::vector<double> extended;  ///< (1-u)^d times this polynomial is E_(d-1)
 
 private:
-    double far(int j) const noexcept { return j > 1 && j < n - 1 ? 1.0 : 0.0; }
+    double weight_if_far(int j) const noexcept { return j > 1 && j < n - 1 ? 1.0 : 0.0; }
     SideTable near_table(int weight) const;
     void build_polynomials();
 };
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -16,7 +16,7 @@
 // ribbon_window.cpp make them: one function for each order, for sums of float and double.
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
 
 /// Weights of one block of ribbons on their way to a sum: of points k = 0, 1, .. of every
 /// sector, then of its first spoke for EV, as PatchClass orders them, and last for EV the part of
@@ -64,7 +64,7 @@ template <int kOrder>
 void window_weights(const RingTables& t, PatchKind kind, const DomainPoint& p,
                     const WeightSink& sink);
 
-}  // namespace osdx::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // OSDX_EVAL_RIBBON_WEIGHTS_INL_H_

@@ -15,7 +15,7 @@
 #include "eval/kernels/ribbon_weights-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
 
 template <int kOrder>
 HWY_NOINLINE void window_weights(const RingTables& t, PatchKind kind,
@@ -39,5 +39,5 @@ template void window_weights<2>(const RingTables&, PatchKind, const DomainPoint&
                                 const WeightSink&);
 #endif
 
-}  // namespace osdx::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

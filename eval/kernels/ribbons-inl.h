@@ -15,7 +15,7 @@
 // The parameters and blends of the ribbons of patches of n sides at a point, one ribbon a lane.
 
 HWY_BEFORE_NAMESPACE();
-namespace osdx::HWY_NAMESPACE {
+namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
 
 using detail::kLanes;
 using detail::RingTables;
@@ -194,9 +194,9 @@ public:
     HWY_INLINE WindowH(const RingTables& t, double a, double b) : t_(t) {
         S rest = S::zero();
         for (int j = 0; j < t.n; j += kLanes) {
-            const J w =
-                far(j, t.far_weight_once.data() + j, distances<P8, kOrder>(t, j, a, b),
-                    distances<P8, kOrder>(t, j + 1, a, b));
+            const J w = far_weight(j, t.far_weight_once.data() + j,
+                                   distances<P8, kOrder>(t, j, a, b),
+                                   distances<P8, kOrder>(t, j + 1, a, b));
             for (int k = 0; k < S::kSize; ++k)
                 rest.c[k] += sum_of_lanes(w.c[k]);
         }
@@ -220,7 +220,7 @@ public:
     /// on but that in lane 0. Next to the sides at the corner, where h vanishes, every term
     /// is positive.
     HWY_INLINE J h(int first, J l, J l_next) const {
-        const J w = far(first, t_.far_weight.at(first), l, l_next);
+        const J w = far_weight(first, t_.far_weight.at(first), l, l_next);
         J sum = rest_ - product_ * (w + permute(w, t_.previous.data()));
         for (int i = 0; i < 3; ++i) {
             const P8 part = P8::load(t_.near_weight[i].at(first));
@@ -232,14 +232,14 @@ public:
 
 private:
     /// 1/(l_j l_(j+1)) for the corners that are far, else 0.
-    HWY_INLINE J far(int j, const double* is_far, J l, J l_next) const {
+    HWY_INLINE J far_weight(int j, const double* is_far, J l, J l_next) const {
         return J::constant(P8::load(is_far)) / (masked(l, j) * masked(l_next, j + 1));
     }
     /// 1 for the sides at the corner, which no far weight has.
     HWY_INLINE J masked(J l, int side) const {
-        const P8 far = P8::load(t_.is_far.at(side));
-        J r = l * far;
-        r.c[0] = r.c[0] + (P8::of(1) - far);
+        const P8 part = P8::load(t_.is_far.at(side));
+        J r = l * part;
+        r.c[0] = r.c[0] + (P8::of(1) - part);
         return r;
     }
 
@@ -377,7 +377,7 @@ HWY_INLINE Ribbons<kOrder> window_ribbons(const RingTables& t, const DomainPoint
     return r;
 }
 
-}  // namespace osdx::HWY_NAMESPACE
+}  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif  // OSDX_EVAL_RIBBONS_INL_H_

@@ -5,8 +5,9 @@
 #include <cmath>
 
 #include <osdx/address.h>
+#include <osdx/topology.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 /// Tiles in a row of the parameterisation of a face that is no quad.
@@ -80,4 +81,4 @@ QuarterPoint edge_point(const Topology& base, Index halfedge, double t) noexcept
     return {base.next(halfedge), 0, 2 * (1 - t)};
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

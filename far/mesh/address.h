@@ -3,10 +3,11 @@
 
 #pragma once
 
-#include <osdx/topology.h>
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
+
+struct Topology;
 
 /// A point of the surface, whatever patches lie underneath: a face of the base mesh and
 /// its (u, v).
@@ -32,24 +33,24 @@ struct QuarterPoint {
 /// Outside [0,1]^2 of a quad, or the sub-faces of another face, the point is clamped to the
 /// nearest one along u and v.
 /// \pre address.face < base.n_faces()
-QuarterPoint to_quarter(const Topology& base, const Address& address) noexcept;
-Address to_address(const Topology& base, const QuarterPoint& point) noexcept;
+OSDX_API QuarterPoint to_quarter(const Topology& base, const Address& address) noexcept;
+OSDX_API Address to_address(const Topology& base, const QuarterPoint& point) noexcept;
 
 /// d(x, y)/d(u, v) of to_quarter() is 2 times the rotation by this many quarter turns.
-int quarter_turns(const Topology& base, Index quarter) noexcept;
+OSDX_API int quarter_turns(const Topology& base, Index quarter) noexcept;
 
 /// The same point, on a side of its quarter, in the quarter across that side; its quarter is
 /// kInvalidIndex where nothing lies there, beyond the border.
 /// \param side  0: y = 0, 1: x = 1, 2: y = 1, 3: x = 0; 0 and 3 lie on edges of the mesh
-QuarterPoint cross_side(const Topology& base, const QuarterPoint& point,
-                        int side) noexcept;
+OSDX_API QuarterPoint cross_side(const Topology& base, const QuarterPoint& point,
+                                 int side) noexcept;
 
 /// The halfedge of the quarter's face on whose edge a side lies; kInvalidIndex for sides
 /// inside the face.
-Index halfedge_of_side(const Topology& base, Index quarter, int side) noexcept;
+OSDX_API Index halfedge_of_side(const Topology& base, Index quarter, int side) noexcept;
 
 /// The point of a base edge at t in [0, 1] from the start of a halfedge, in its face.
-QuarterPoint edge_point(const Topology& base, Index halfedge, double t) noexcept;
+OSDX_API QuarterPoint edge_point(const Topology& base, Index halfedge, double t) noexcept;
 
 /// (x, y) turned by k times 90 degrees.
 template <class T>
@@ -72,4 +73,4 @@ constexpr Vec2<T> square_corner(int k) noexcept {
     return {T(k == 1 || k == 2), T(k >= 2)};
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -19,11 +19,11 @@
 
 #include "far/parallel.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
-Status check_sizes(const MeshData& data) {
-    if (data.positions.empty())
+Status check_sizes(const MeshView& data) {
+    if (data.n_vertices == 0)
         return fail(ErrorCode::EmptyMesh, "the mesh has no vertices");
     if (data.face_sizes.empty())
         return fail(ErrorCode::EmptyMesh, "the mesh has no faces");
@@ -35,6 +35,11 @@ Status check_sizes(const MeshData& data) {
             ErrorCode::SizeMismatch,
             fmt::format("the face sizes add up to {}, but there are {} face vertices",
                         sum, data.face_vertices.size()));
+    }
+    if (std::max<std::size_t>(sum, data.face_sizes.size()) >= kInvalidIndex) {
+        return fail(ErrorCode::IndexOutOfRange,
+                    fmt::format("the mesh has {} face corners, more than {}", sum,
+                                kInvalidIndex - 1));
     }
     return ok();
 }
@@ -49,10 +54,10 @@ Status check_positions(const MeshData& data) {
     const auto& p = data.positions[v];
     return fail(ErrorCode::NonFinitePoint,
                 fmt::format("vertex {} has the position ({}, {}, {})", v, p.x, p.y, p.z),
-                v, data.line_of_vertex(v));
+                v, data.view().line_of_vertex(v));
 }
 
-Status check_face(const MeshData& data, Index face, std::span<const Index> vertices) {
+Status check_face(const MeshView& data, Index face, std::span<const Index> vertices) {
     const Index line = data.line_of_face(face);
     if (vertices.size() < 3) {
         return fail(ErrorCode::FaceTooSmall,
@@ -61,10 +66,10 @@ Status check_face(const MeshData& data, Index face, std::span<const Index> verti
     }
     std::vector<Index> sorted(vertices.begin(), vertices.end());
     std::ranges::sort(sorted);
-    if (sorted.back() >= data.positions.size()) {
+    if (sorted.back() >= data.n_vertices) {
         return fail(ErrorCode::IndexOutOfRange,
                     fmt::format("face {} names vertex {}, but the mesh has {} vertices",
-                                face, sorted.back(), data.positions.size()),
+                                face, sorted.back(), data.n_vertices),
                     face, line);
     }
     const auto twice = std::ranges::adjacent_find(sorted);
@@ -156,7 +161,7 @@ private:
 /// with faces of several chunks has the same edge twice, and such fans are looked at.
 class Linker {
 public:
-    Linker(const MeshData& data, Topology& topology)
+    Linker(const MeshView& data, Topology& topology)
         : data_(data),
           t_(topology),
           chunk_(std::clamp<std::size_t>(data.face_sizes.size() / 32, 256, 2048)) {}
@@ -168,8 +173,8 @@ public:
         t_.twin.resize(n_halfedges);
         if (!t_.quads_only)
             t_.faces.resize(n_halfedges);
-        t_.vertex_halfedge = detail::filled(data_.positions.size(), kInvalidIndex);
-        t_.valences = detail::filled(data_.positions.size(), std::uint8_t(0));
+        t_.vertex_halfedge = detail::filled(data_.n_vertices, kInvalidIndex);
+        t_.valences = detail::filled(data_.n_vertices, std::uint8_t(0));
         const Index bad = t_.quads_only ? copy<4>() : copy<0>();
         return bad == kInvalidIndex ? ok() : check_face(data_, bad, vertices(bad));
     }
@@ -192,8 +197,7 @@ public:
 
 private:
     std::span<const Index> vertices(Index f) const {
-        return std::span(data_.face_vertices)
-            .subspan(t_.face_offsets[f], t_.face_size(f));
+        return data_.face_vertices.subspan(t_.face_offsets[f], t_.face_size(f));
     }
 
     void number_halfedges() {
@@ -214,7 +218,7 @@ private:
     /// \return the first face that is not sound
     template <int kCorners>
     Index copy() {
-        const Index n_vertices = static_cast<Index>(data_.positions.size());
+        const Index n_vertices = data_.n_vertices;
         std::atomic<Index> first_bad = kInvalidIndex;
         detail::for_each_chunk(
             t_.n_faces(), chunk_, [&](std::size_t, std::size_t begin, std::size_t end) {
@@ -542,7 +546,7 @@ private:
                     data_.line_of_vertex(bad));
     }
 
-    const MeshData& data_;
+    const MeshView& data_;
     Topology& t_;
     std::size_t chunk_;  // faces in it
     /// Of a chunk: the halfedges without a twin there, and the vertices whose fans have such.
@@ -554,23 +558,36 @@ private:
     std::atomic<std::size_t> n_linked_ = 0;  // halfedges in fans that are linked
 };
 
-}  // namespace
-
-Result<Topology> build_topology(const MeshData& data) {
-    if (const Status s = check_sizes(data); !s)
+/// \param check_more  gives the Status of what a view does not have
+template <class Check>
+Result<Topology> build(const MeshView& mesh, Check&& check_more) {
+    if (const Status s = check_sizes(mesh); !s)
         return s.error();
     Topology t;
-    Linker linker(data, t);
-    std::optional<Status> positions, faces;
+    Linker linker(mesh, t);
+    std::optional<Status> more, faces;
     detail::in_parallel([&] { faces = linker.copy_faces(); },
-                        [&] { positions = check_positions(data); });
-    for (const auto* s : {&positions, &faces}) {
+                        [&] { more = check_more(); });
+    for (const auto* s : {&more, &faces}) {
         if (!**s)
             return (*s)->error();
     }
-    if (const Status s = check_uvs(data); !s)
-        return s.error();
     if (const Status s = linker.link(); !s)
+        return s.error();
+    return t;
+}
+
+}  // namespace
+
+Result<Topology> build_topology(const MeshView& mesh) {
+    return build(mesh, ok);
+}
+
+Result<Topology> build_topology(const MeshData& data) {
+    Result<Topology> t = build(data.view(), [&] { return check_positions(data); });
+    if (!t)
+        return t;
+    if (const Status s = check_uvs(data); !s)
         return s.error();
     return t;
 }
@@ -584,4 +601,4 @@ MeshData to_mesh_data(const Topology& topology, std::vector<Vec3<double>> positi
     return data;
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -9,18 +9,21 @@
 #include <osdx/result.h>
 #include <osdx/topology.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// Checks the arrays and links them, with their numbering of vertices and faces: nothing is
 /// dropped, doubled or renumbered. A vertex that no face uses is kept. Meshes may be open;
 /// tags are left to build_features(). In linear time, on all threads.
-/// \return every ErrorCode from EmptyMesh to NonManifoldVertex, with the element and its line;
-///         those of check_uvs, with the face.
-Result<Topology> build_topology(const MeshData& data);
+/// \return every ErrorCode from EmptyMesh to NonManifoldVertex, with the element and its line
+OSDX_API Result<Topology> build_topology(const MeshView& mesh);
+/// The same, and looks at positions and texture coordinates.
+/// \return besides, what check_uvs() returns, with the face
+OSDX_API Result<Topology> build_topology(const MeshData& data);
 
 /// The faces of a topology with given positions, as arrays. A face's first vertex is that of
 /// its first halfedge.
 /// \pre positions.size() == topology.n_vertices()
-MeshData to_mesh_data(const Topology& topology, std::vector<Vec3<double>> positions);
+OSDX_API MeshData to_mesh_data(const Topology& topology,
+                               std::vector<Vec3<double>> positions);
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

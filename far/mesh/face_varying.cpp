@@ -10,7 +10,7 @@
 #include <osdx/face_varying.h>
 #include <osdx/resolved_features.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 /// The faces at a vertex that have one value.
@@ -328,4 +328,4 @@ Result<FaceVarying> build_face_varying(const Topology& mesh, const Features& fea
     return Builder(mesh, features, corner_values, rule).build();
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

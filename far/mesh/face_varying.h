@@ -3,7 +3,6 @@
 
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -14,26 +13,7 @@
 #include <osdx/topology.h>
 #include <osdx/types.h>
 
-namespace osdx {
-
-/// Where face-varying data are smooth. The names and meanings are those of OpenSubdiv's
-/// Sdc::Options::FVAR_LINEAR_*.
-///
-/// The data have seams where the faces at an edge disagree. "Pinned": keeps its value, as a
-/// corner does. Every rule pins where a seam crosses an infinitely sharp crease, and where
-/// fans of faces with the same value meet in one vertex only.
-enum class FaceVaryingRule : std::uint8_t {
-    None,         ///< seams and borders are smooth curves, round their corners too
-    CornersOnly,  ///< pinned where only one face has the value
-    /// Pinned too where three or more values meet at a vertex; of two, both are sharp where
-    /// a crease makes one of them so.
-    CornersPlus1,
-    /// Pinned too where a seam ends inside the mesh; of two values, both where only one face
-    /// has one of them.
-    CornersPlus2,
-    Boundaries,  ///< seams and borders are linear
-    All,         ///< linear in each face: no smoothing at all. OpenSubdiv's default
-};
+namespace osdx::inline OSDX_ABI {
 
 /// The topology of face-varying data: the faces and halfedges of the mesh, cut open along the
 /// seams. Smooth rules refine and evaluate it as they do the mesh itself.
@@ -54,11 +34,11 @@ struct FaceVarying {
 /// numbers are those of OpenSubdiv's regression shapes as Far reads them. A later tag
 /// replaces an earlier one.
 /// \return InvalidTag, UnsupportedTag where corners are to be propagated by another rule
-Result<FaceVaryingRule> face_varying_rule(const MeshData& data);
+OSDX_API Result<FaceVaryingRule> face_varying_rule(const MeshData& data);
 /// The rule that is given, or that of the tags; All where these are ignored.
-Result<FaceVaryingRule> face_varying_rule(const MeshData& data,
-                                          std::optional<FaceVaryingRule> given,
-                                          bool ignore_tags);
+OSDX_API Result<FaceVaryingRule> face_varying_rule(const MeshData& data,
+                                                   std::optional<FaceVaryingRule> given,
+                                                   bool ignore_tags);
 
 /// Corners at a vertex are one vertex of the result when they are joined by edges over which
 /// both ends agree in their values; all other edges are seams. O(mesh).
@@ -66,8 +46,9 @@ Result<FaceVaryingRule> face_varying_rule(const MeshData& data,
 /// \param corner_values  n_halfedges; equal numbers are equal values
 /// \return SizeMismatch; UnsupportedTag (with the vertex) where Chaikin's rule for creases
 ///         joins both sides of a seam, which sharpness on one side cannot express
-Result<FaceVarying> build_face_varying(const Topology& mesh, const Features& features,
-                                       std::span<const Index> corner_values,
-                                       FaceVaryingRule rule);
+OSDX_API Result<FaceVarying> build_face_varying(const Topology& mesh,
+                                                const Features& features,
+                                                std::span<const Index> corner_values,
+                                                FaceVaryingRule rule);
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -11,35 +11,33 @@
 
 #include <osdx/features.h>
 #include <osdx/resolved_features.h>
+#include <osdx/topology.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
-/// The edges of a mesh by their vertices.
-class EdgeFinder {
-public:
-    explicit EdgeFinder(const Topology& t) {
-        edges_.reserve(t.n_edges);
-        for (Index h = 0; h < t.n_halfedges(); ++h) {
-            if (h < t.twin[h])
-                edges_.push_back({std::minmax({t.vertex[h], t.to_vertex(h)}), t.edge[h]});
+/// Calls f(edge) for the edges of two vertices: faces that share two neighbouring edges may
+/// have several. In time proportional to the smaller valence.
+/// \return whether there is one
+template <class F>
+bool for_each_edge_of(const Topology& t, Index a, Index b, F&& f) {
+    if (a >= t.n_vertices() || b >= t.n_vertices())
+        return false;
+    // As far as it is stored: counting about poles would be quadratic.
+    const auto valence = [&](Index v) {
+        return t.valences.empty() ? t.valence(v) : t.valences[v];
+    };
+    if (valence(b) < valence(a))
+        std::swap(a, b);
+    bool found = false;
+    t.for_each_edge(a, [&](Index e, Index other) {
+        if (other == b) {
+            found = true;
+            f(e);
         }
-        std::ranges::sort(edges_);
-    }
-    /// All edges of two vertices: faces that share two neighbouring edges may have several.
-    std::span<const std::pair<std::pair<Index, Index>, Index>> find(Index a,
-                                                                    Index b) const {
-        const std::pair<Index, Index> vertices = std::minmax({a, b});
-        const auto first = std::ranges::lower_bound(
-            edges_, vertices, {}, [](const auto& e) { return e.first; });
-        const auto last = std::find_if(
-            first, edges_.end(), [&](const auto& e) { return e.first != vertices; });
-        return {first, last};
-    }
-
-private:
-    std::vector<std::pair<std::pair<Index, Index>, Index>> edges_;  // vertices, edge
-};
+    });
+    return found;
+}
 
 class TagReader {
 public:
@@ -117,18 +115,15 @@ private:
             return refuse(number, "and does not name the two vertices of one edge");
         if (const Status s = check_sharpness(tag, number, 1); !s)
             return s;
-        if (!edges_)
-            edges_.emplace(topology_);
-        const auto found = edges_->find(static_cast<Index>(tag.ints[0]),
-                                        static_cast<Index>(tag.ints[1]));
-        if (found.empty()) {
+        features_.edge_sharpness.resize(topology_.n_edges);
+        const bool found = for_each_edge_of(
+            topology_, static_cast<Index>(tag.ints[0]), static_cast<Index>(tag.ints[1]),
+            [&](Index e) { features_.edge_sharpness[e] = sharpness(tag, 0); });
+        if (!found) {
             return refuse(number,
                           fmt::format("of vertices {} and {}, which share no edge",
                                       tag.ints[0], tag.ints[1]));
         }
-        features_.edge_sharpness.resize(topology_.n_edges);
-        for (const auto& [vertices, e] : found)
-            features_.edge_sharpness[e] = sharpness(tag, 0);
         return ok();
     }
 
@@ -168,10 +163,119 @@ private:
     const MeshData& data_;
     const Topology& topology_;
     Features features_;
-    std::optional<EdgeFinder> edges_;
+};
+
+/// The features of a view.
+class ViewReader {
+public:
+    ViewReader(const MeshView& view, const Topology& topology)
+        : view_(view), topology_(topology) {}
+
+    Result<Features> read() {
+        features_.boundary = view_.boundary;
+        features_.creases = view_.crease_method;
+        features_.smooth_triangles = view_.smooth_triangles;
+        for (const Status& s : {read_creases(), read_corners(), read_holes()}) {
+            if (!s)
+                return s.error();
+        }
+        return std::move(features_);
+    }
+
+private:
+    static Status refuse(std::string message, std::size_t place) {
+        return fail(ErrorCode::InvalidFeature, std::move(message),
+                    static_cast<Index>(place));
+    }
+
+    static Status check_sharpness(std::string_view what, std::span<const float> sharpness,
+                                  std::size_t n) {
+        if (sharpness.size() != n) {
+            return fail(ErrorCode::SizeMismatch,
+                        fmt::format("{} sharpnesses were given for {} {}s",
+                                    sharpness.size(), n, what));
+        }
+        const auto nan = std::ranges::find_if(sharpness, [](float s) { return s != s; });
+        if (nan == sharpness.end())
+            return ok();
+        const auto i = static_cast<std::size_t>(nan - sharpness.begin());
+        return refuse(fmt::format("the sharpness of {} {} is not a number", what, i), i);
+    }
+
+    static double clamped(float sharpness) {
+        return std::clamp<double>(sharpness, 0.0, kInfinitelySharp);
+    }
+
+    Status read_creases() {
+        const std::size_t n = view_.creases.size() / 2;
+        if (view_.creases.size() % 2 == 1) {
+            return fail(ErrorCode::SizeMismatch,
+                        fmt::format("{} vertices were given for creases, which have two",
+                                    view_.creases.size()));
+        }
+        if (const Status s = check_sharpness("crease", view_.crease_sharpness, n); !s)
+            return s;
+        if (n == 0)
+            return ok();
+        features_.edge_sharpness.resize(topology_.n_edges);
+        for (std::size_t i = 0; i < n; ++i) {
+            const Index a = view_.creases[2 * i], b = view_.creases[2 * i + 1];
+            const bool found = for_each_edge_of(topology_, a, b, [&](Index e) {
+                features_.edge_sharpness[e] = clamped(view_.crease_sharpness[i]);
+            });
+            if (!found) {
+                return refuse(
+                    fmt::format("crease {} is of vertices {} and {}, which share no edge",
+                                i, a, b),
+                    i);
+            }
+        }
+        return ok();
+    }
+
+    Status read_corners() {
+        const std::size_t n = view_.corners.size();
+        if (const Status s = check_sharpness("corner", view_.corner_sharpness, n); !s)
+            return s;
+        if (n > 0)
+            features_.vertex_sharpness.resize(topology_.n_vertices());
+        for (std::size_t i = 0; i < n; ++i) {
+            const Index v = view_.corners[i];
+            if (v >= topology_.n_vertices()) {
+                return refuse(fmt::format("corner {} is vertex {}, but the mesh has {}",
+                                          i, v, topology_.n_vertices()),
+                              i);
+            }
+            features_.vertex_sharpness[v] = clamped(view_.corner_sharpness[i]);
+        }
+        return ok();
+    }
+
+    Status read_holes() {
+        if (!view_.holes.empty())
+            features_.hole.resize(topology_.n_faces());
+        for (std::size_t i = 0; i < view_.holes.size(); ++i) {
+            const Index f = view_.holes[i];
+            if (f >= topology_.n_faces()) {
+                return refuse(fmt::format("hole {} is face {}, but the mesh has {}", i, f,
+                                          topology_.n_faces()),
+                              i);
+            }
+            features_.hole[f] = true;
+        }
+        return ok();
+    }
+
+    const MeshView& view_;
+    const Topology& topology_;
+    Features features_;
 };
 
 }  // namespace
+
+Result<Features> build_features(const MeshView& view, const Topology& topology) {
+    return ViewReader(view, topology).read();
+}
 
 Result<Features> build_features(const MeshData& data, const Topology& topology,
                                 const FeatureOptions& options) {
@@ -247,23 +351,19 @@ bool is_flat(const Topology& t, const Features& f, Index v) {
     return n_sharp < 2 && has_surface;
 }
 
-Status refuse_valence_two(const MeshData& data, Index v) {
+Status refuse_valence_two(const MeshView& view, Index v) {
     return fail(ErrorCode::ValenceTwo,
                 fmt::format("vertex {} is interior and has two faces only", v), v,
-                data.line_of_vertex(v));
+                view.line_of_vertex(v));
 }
 
-}  // namespace
-
-Status check_refinement(const MeshData& data, const Topology& t, const Features& f,
-                        int degree) {
-    if (degree % 2 == 1)
-        return ok();
-    if (const Index v = next_fold(t); v != kInvalidIndex)
-        return refuse_valence_two(data, v);
-    if (!f.smooth_triangles)
-        return ok();
+/// Names the tag that asks for what is refused.
+Status with_tag(const MeshData& data, Status refused) {
+    if (refused || refused.error().code != ErrorCode::UnsupportedTag)
+        return refused;
     const auto tag = std::ranges::find(data.tags, "smoothtriangles", &Tag::name);
+    if (tag == data.tags.end())
+        return refused;
     const auto i = static_cast<Index>(tag - data.tags.begin());
     return fail(
         ErrorCode::UnsupportedTag,
@@ -271,17 +371,41 @@ Status check_refinement(const MeshData& data, const Topology& t, const Features&
         tag->line);
 }
 
-Status check_surface(const MeshData& data, const Topology& t, const Features& features,
+}  // namespace
+
+Status check_refinement(const MeshView& view, const Topology& t, const Features& f,
+                        int degree) {
+    if (degree % 2 == 1)
+        return ok();
+    if (const Index v = next_fold(t); v != kInvalidIndex)
+        return refuse_valence_two(view, v);
+    if (!f.smooth_triangles)
+        return ok();
+    return fail(ErrorCode::UnsupportedTag,
+                "triangles are to be smooth, which even degrees do not take");
+}
+
+Status check_refinement(const MeshData& data, const Topology& t, const Features& f,
+                        int degree) {
+    return with_tag(data, check_refinement(data.view(), t, f, degree));
+}
+
+Status check_surface(const MeshView& view, const Topology& t, const Features& features,
                      int degree) {
     Index v = next_fold(t);
     if (v != kInvalidIndex) {
         const ResolvedFeatures f = resolve(t, features);
         for (; v != kInvalidIndex; v = next_fold(t, v + 1)) {
             if (is_flat(t, f, v))
-                return refuse_valence_two(data, v);
+                return refuse_valence_two(view, v);
         }
     }
-    return check_refinement(data, t, features, degree);
+    return check_refinement(view, t, features, degree);
 }
 
-}  // namespace osdx
+Status check_surface(const MeshData& data, const Topology& t, const Features& features,
+                     int degree) {
+    return with_tag(data, check_surface(data.view(), t, features, degree));
+}
+
+}  // namespace osdx::inline OSDX_ABI

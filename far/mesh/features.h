@@ -3,32 +3,16 @@
 
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <vector>
 
 #include <osdx/mesh_data.h>
 #include <osdx/result.h>
-#include <osdx/topology.h>
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
-/// What the surface does at the border of an open mesh. The names and, at degree 3, the
-/// meanings are those of OpenSubdiv's Sdc.
-enum class BoundaryRule : std::uint8_t {
-    /// Faces that touch the border carry no surface: they are holes. Not where the border's
-    /// edges are infinitely sharp by a tag.
-    None,
-    EdgeOnly,       ///< the border is the B-spline curve of the border polygon
-    EdgeAndCorner,  ///< the same, and it is pinned to border vertices of one face
-};
-
-/// How the sharpness of a crease goes down from level to level.
-enum class CreaseMethod : std::uint8_t {
-    Uniform,  ///< by one
-    Chaikin,  ///< averaged along the crease (Chaikin 1974), then by one
-};
+struct Topology;
 
 /// A sharpness from here on never goes down (OpenSubdiv's limit).
 constexpr double kInfinitelySharp = 10;
@@ -78,21 +62,31 @@ struct FeatureOptions {
 /// are left to the data that they speak of.
 /// \return InvalidTag where a tag names what is not there, UnsupportedTag for tags that
 ///         change the surface in another way; with the number of the tag and its line
-Result<Features> build_features(const MeshData& data, const Topology& topology,
-                                const FeatureOptions& options = {});
+OSDX_API Result<Features> build_features(const MeshData& data, const Topology& topology,
+                                         const FeatureOptions& options = {});
+
+/// The features of a view.
+/// \return SizeMismatch; InvalidFeature where it names what is not there or a sharpness that
+///         is not a number, with the place in its list
+OSDX_API Result<Features> build_features(const MeshView& view, const Topology& topology);
 
 /// The tags from which build_features() makes these features again.
-std::vector<Tag> to_tags(const Topology& topology, const Features& features);
+OSDX_API std::vector<Tag> to_tags(const Topology& topology, const Features& features);
 
 /// Refuses what a surface of a degree cannot be made of: interior vertices of two faces, over
 /// which no patch can be laid (ValenceTwo), and for even degrees smooth triangles, which they
 /// have no rule for (UnsupportedTag).
-/// \param data  the mesh of the topology, for its lines and tags
-Status check_surface(const MeshData& data, const Topology& topology,
-                     const Features& features, int degree);
+/// \param view  of the topology, for the lines of its vertices
+OSDX_API Status check_surface(const MeshView& view, const Topology& topology,
+                              const Features& features, int degree);
+/// With the number of the tag and its line.
+OSDX_API Status check_surface(const MeshData& data, const Topology& topology,
+                              const Features& features, int degree);
 
 /// The part of check_surface() that refinement needs: nothing for odd degrees.
-Status check_refinement(const MeshData& data, const Topology& topology,
-                        const Features& features, int degree);
+OSDX_API Status check_refinement(const MeshView& view, const Topology& topology,
+                                 const Features& features, int degree);
+OSDX_API Status check_refinement(const MeshData& data, const Topology& topology,
+                                 const Features& features, int degree);
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

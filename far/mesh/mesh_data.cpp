@@ -11,7 +11,7 @@
 
 #include "far/parallel.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 Status check_uvs(const MeshData& mesh) {
     if (mesh.face_uvs.empty())
@@ -35,7 +35,7 @@ Status check_uvs(const MeshData& mesh) {
     Index face = 0;
     while (corner >= mesh.face_sizes[face])
         corner -= mesh.face_sizes[face++];
-    const Index line = mesh.line_of_face(face);
+    const Index line = mesh.view().line_of_face(face);
     if (i >= mesh.uvs.size()) {
         return fail(
             ErrorCode::IndexOutOfRange,
@@ -60,4 +60,4 @@ double bounding_diagonal(std::span<const Vec3<double>> points) {
     return glm::length(hi - lo);
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

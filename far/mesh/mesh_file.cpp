@@ -14,7 +14,7 @@
 #include "far/mesh/formats/output.h"
 #include "far/mesh/formats/scan.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace detail {
 
 Status check_shapes(const MeshData& mesh) {
@@ -81,4 +81,4 @@ Status write_mesh(const std::filesystem::path& path, const MeshData& mesh) {
     return detail::write_as<MeshData>(path, mesh, kFormats);
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

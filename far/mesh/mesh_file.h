@@ -10,7 +10,7 @@
 #include <osdx/mesh_data.h>
 #include <osdx/result.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// Reads OBJ (v, vt, f with n-gons and negative indices, t; other lines are skipped), OFF, or
 /// PLY (text and binary, both byte orders). Texture coordinates come from OBJ alone; there all
@@ -22,21 +22,22 @@ namespace osdx {
 /// \param extension  with its dot: ".obj", ".off" or ".ply"
 /// \return FileFormat, EmptyMesh, IndexOutOfRange or FaceTooSmall, or what check_uvs returns;
 ///         with the line.
-Result<MeshData> parse_mesh(std::string_view text, std::string_view extension);
+OSDX_API Result<MeshData> parse_mesh(std::string_view text, std::string_view extension);
 
 /// Reads a file by the extension of `path`.
 /// \return FileUnreadable, or what parse_mesh() returns
-Result<MeshData> read_mesh(const std::filesystem::path& path);
+OSDX_API Result<MeshData> read_mesh(const std::filesystem::path& path);
 
 /// A polygon mesh as OBJ, OFF or PLY, all in text, with the shortest digits that read back
 /// exactly. Tags and texture coordinates go into OBJ only. Indices are not checked.
 /// \param extension  with its dot
 /// \return InvalidOption for another extension; SizeMismatch if face_sizes, face_vertices and
 ///         face_uvs disagree; WriteFailed for a tag that is not of words.
-Result<std::string> format_mesh(const MeshData& mesh, std::string_view extension);
+OSDX_API Result<std::string> format_mesh(const MeshData& mesh,
+                                         std::string_view extension);
 
 /// Writes that to a file by the extension of `path`. Nothing half-written is left.
 /// \return what format_mesh() and write_file() return
-Status write_mesh(const std::filesystem::path& path, const MeshData& mesh);
+OSDX_API Status write_mesh(const std::filesystem::path& path, const MeshData& mesh);
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

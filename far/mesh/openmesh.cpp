@@ -6,7 +6,7 @@
 #include <osdx/build_topology.h>
 #include <osdx/openmesh.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 Result<Mesh> build_mesh(const MeshData& data) {
     const Result<Topology> topology = build_topology(data);
@@ -27,7 +27,7 @@ Result<Mesh> build_mesh(const MeshData& data) {
         if (!handle.is_valid() || handle.idx() != static_cast<int>(f)) {
             return fail(ErrorCode::NonManifoldVertex,
                         fmt::format("face {} cannot be linked to its neighbours", f), f,
-                        data.line_of_face(f));
+                        data.view().line_of_face(f));
         }
     }
     return mesh;
@@ -69,4 +69,4 @@ Topology build_topology(const Mesh& mesh) {
     return t;
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -11,7 +11,7 @@
 #include <osdx/result.h>
 #include <osdx/topology.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 struct MeshTraits : OpenMesh::DefaultTraits {
     using Point = OpenMesh::Vec3d;
@@ -24,10 +24,10 @@ using Mesh = OpenMesh::PolyMesh_ArrayKernelT<MeshTraits>;
 /// Gives the arrays to OpenMesh, vertex i to vertex i and face i to face i, as far as
 /// build_topology() of osdx/build_topology.h takes them.
 /// \return what build_topology() returns
-Result<Mesh> build_mesh(const MeshData& data);
+OSDX_API Result<Mesh> build_mesh(const MeshData& data);
 
 /// Flattens a mesh that build_mesh made: the same as from its arrays.
-Topology build_topology(const Mesh& mesh);
+OSDX_API Topology build_topology(const Mesh& mesh);
 
 /// The arrays of any OpenMesh polygon mesh, with its numbering.
 /// \pre no element is marked as deleted (call garbage_collection() first)
@@ -48,4 +48,4 @@ MeshData to_mesh_data(const OpenMesh::PolyMesh_ArrayKernelT<Traits>& mesh) {
     return data;
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -3,7 +3,7 @@
 
 #include <osdx/resolved_features.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 ResolvedFeatures resolve(const Topology& t, Features f) {
     return resolve(t, std::move(f), border_halfedges(t));
@@ -34,4 +34,4 @@ ResolvedFeatures resolve(const Topology& t, Features f, std::span<const Index> b
     return ResolvedFeatures(std::move(f));
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -10,7 +10,7 @@
 #include <osdx/topology.h>
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// The features of a mesh with its border as what it is for the surface: edges and corners
 /// that are infinitely sharp, and holes for BoundaryRule::None.
@@ -29,9 +29,9 @@ private:
                                     std::span<const Index> borders);
 };
 
-ResolvedFeatures resolve(const Topology& topology, Features features);
+OSDX_API ResolvedFeatures resolve(const Topology& topology, Features features);
 /// \param borders  border_halfedges() of the topology
-ResolvedFeatures resolve(const Topology& topology, Features features,
-                         std::span<const Index> borders);
+OSDX_API ResolvedFeatures resolve(const Topology& topology, Features features,
+                                  std::span<const Index> borders);
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -8,7 +8,7 @@
 
 #include "far/parallel.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 Index Topology::find_valence(Index n_faces, Index from) const noexcept {
     if (valences.empty()) {
@@ -50,4 +50,4 @@ std::vector<Index> border_halfedges(const Topology& t) {
     return borders;
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

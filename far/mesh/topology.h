@@ -9,7 +9,7 @@
 #include <osdx/buffer.h>
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// Connectivity of a polygon mesh, closed or with borders, in flat arrays.
 ///
@@ -106,7 +106,7 @@ struct Topology {
         return n;
     }
     /// The first vertex from `from` on that has so many faces, 0 to 254; kInvalidIndex if none.
-    Index find_valence(Index n_faces, Index from = 0) const noexcept;
+    OSDX_API Index find_valence(Index n_faces, Index from = 0) const noexcept;
     static constexpr std::uint8_t stored_valence(Index n_faces) noexcept {
         return static_cast<std::uint8_t>(n_faces < kManyFaces ? n_faces : kManyFaces);
     }
@@ -116,9 +116,9 @@ private:
 };
 
 /// What Topology::quads_only may be.
-bool has_only_quads(const Topology& topology);
+OSDX_API bool has_only_quads(const Topology& topology);
 
 /// The halfedges at the border, in ascending order.
-std::vector<Index> border_halfedges(const Topology& topology);
+OSDX_API std::vector<Index> border_halfedges(const Topology& topology);
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -9,7 +9,7 @@
 
 #include "far/parallel.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 Topology split(const Topology& t) {
     const Index n = t.n_halfedges();
@@ -308,4 +308,4 @@ Topology with_border_strip(const Topology& t, const std::vector<Index>& borders,
     return s;
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -9,7 +9,7 @@
 #include <osdx/types.h>
 
 /// Topologies that are made of others.
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// Linear subdivision: every face becomes one quad per corner.
 ///
@@ -58,4 +58,4 @@ Topology cut(const Topology& topology, const std::vector<bool>& edges,
 Topology with_border_strip(const Topology& topology, const std::vector<Index>& borders,
                            const std::vector<bool>& corner);
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -22,7 +22,7 @@
 #include "far/refine/refinement.h"
 #include "far/refine/stencil_rows.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 using detail::ControlMesh;
 using detail::Cover;
@@ -701,4 +701,4 @@ Result<PatchTable> detail::build_patch_table(Topology base, Features features,
         .build();
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -9,7 +9,7 @@
 #include "far/parallel.h"
 #include "far/refine/sharpness.h"
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// What the sorting of some vertices adds.
 struct ControlMesh::Fans {
@@ -334,25 +334,25 @@ bool ControlGrid::extent(const ControlMesh& mesh, Index h, int axis, int wanted)
         if (t.face_size(t.face(h)) != 4)
             return false;
         ++n_[axis];
-        const Index far = axis == 0 ? t.next(h) : t.next(t.next(h));
-        if (mesh.is_cut(far)) {
+        const Index ahead = axis == 0 ? t.next(h) : t.next(t.next(h));
+        if (mesh.is_cut(ahead)) {
             // Where the border runs midway, its curve points are no control points.
             end_[axis] = n_[axis] < wanted || midway_;
             return true;
         }
         if (n_[axis] == wanted)
             return true;
-        if (t.is_border(far))
+        if (t.is_border(ahead))
             return false;
-        h = axis == 0 ? t.next(t.twin[far]) : t.twin[far];
+        h = axis == 0 ? t.next(t.twin[ahead]) : t.twin[ahead];
     }
     return true;
 }
 
 /// Edges inside are no borders, and those at a border are all.
-bool ControlGrid::fits(const ControlMesh& mesh, Index far, int axis, int at) const {
+bool ControlGrid::fits(const ControlMesh& mesh, Index ahead, int axis, int at) const {
     const bool last = at == n_[axis];
-    return mesh.is_cut(far) ? last && (end_[axis] || !midway_) : !last || !end_[axis];
+    return mesh.is_cut(ahead) ? last && (end_[axis] || !midway_) : !last || !end_[axis];
 }
 
 bool ControlGrid::walk(const ControlMesh& mesh, Index start, int wanted_x, int wanted_y,
@@ -402,17 +402,17 @@ bool ControlGrid::walk_around(const ControlMesh& mesh, Index h, int lo, int hi) 
         while (true) {
             if (t.face_size(t.face(h)) != 4)
                 return false;
-            const Index near = axis == 0 ? t.prev(h) : h;
-            if (mesh.is_cut(near)) {
+            const Index behind = axis == 0 ? t.prev(h) : h;
+            if (mesh.is_cut(behind)) {
                 if (steps[axis] < -lo || mesh.border_is_midway())
                     begin[axis] = Begin::Border;
                 break;
             }
             if (steps[axis] == -lo)
                 break;
-            if (t.is_border(near))
+            if (t.is_border(behind))
                 return false;
-            h = axis == 0 ? t.prev(t.twin[near]) : t.next(t.next(t.twin[near]));
+            h = axis == 0 ? t.prev(t.twin[behind]) : t.next(t.next(t.twin[behind]));
             ++steps[axis];
         }
     }
@@ -521,4 +521,4 @@ void ControlGrid::combine(const Line& along_x, const Line& along_y,
     std::ranges::sort(terms);
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -14,7 +14,7 @@
 
 /// A level of refinement as PatchTableBuilder sees it: regular grids of control points, with
 /// mirror images beyond borders.
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// A control point as an affine combination of vertices of one level.
 using PointTerms = std::vector<std::pair<Index, double>>;
@@ -138,7 +138,7 @@ private:
     bool is_vertex(int axis, int i) const noexcept;
     bool line_terms(int axis, int i, double weight, Line& terms) const;
     void combine(const Line& along_x, const Line& along_y, PointTerms& terms) const;
-    bool fits(const ControlMesh& mesh, Index far, int axis, int at) const;
+    bool fits(const ControlMesh& mesh, Index ahead, int axis, int at) const;
     bool extent(const ControlMesh& mesh, Index start, int axis, int wanted);
 
     int n_[2], origin_[2];
@@ -148,4 +148,4 @@ private:
     std::vector<Index> halfedges_, vertices_;
 };
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

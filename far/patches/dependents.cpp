@@ -6,8 +6,10 @@
 #include <queue>
 
 #include <osdx/dependents.h>
+#include <osdx/patch_table.h>
+#include <osdx/topology.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 void sort_out(std::vector<Index>& list) {
@@ -95,4 +97,4 @@ Change Dependents::of(std::span<const Index> vertices) const {
     return change;
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -6,10 +6,11 @@
 #include <span>
 #include <vector>
 
-#include <osdx/patch_table.h>
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
+
+class PatchTable;
 
 /// What a move of some base vertices changes; all in ascending order, each once.
 struct Change {
@@ -24,7 +25,7 @@ struct Change {
 /// Memory: 4 bytes for each weight, each control point of each patch and each cell; made in
 /// linear time.
 /// Threads: const members may run at the same time.
-class Dependents {
+class OSDX_API Dependents {
 public:
     /// \pre the table outlives this
     explicit Dependents(const PatchTable& table);
@@ -51,4 +52,4 @@ private:
     Lists faces_;    // by patch
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

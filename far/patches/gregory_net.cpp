@@ -13,7 +13,7 @@
 
 #include "far/refine/sharpness.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -229,7 +229,7 @@ Status check_gregory(const MeshData& data, const Topology& t, const Features& f)
                         fmt::format("edge {} of vertices {} and {} is semi-sharp, which "
                                     "Gregory patches do not take without refinement",
                                     t.edge[h], t.vertex[h], t.to_vertex(h)),
-                        t.edge[h], data.line_of_vertex(t.vertex[h]));
+                        t.edge[h], data.view().line_of_vertex(t.vertex[h]));
         }
     }
     for (Index v = 0; v < t.n_vertices(); ++v) {
@@ -239,7 +239,7 @@ Status check_gregory(const MeshData& data, const Topology& t, const Features& f)
                 fmt::format("vertex {} is semi-sharp, which Gregory patches do not "
                             "take without refinement",
                             v),
-                v, data.line_of_vertex(v));
+                v, data.view().line_of_vertex(v));
         }
     }
     if (f.smooth_triangles) {
@@ -407,22 +407,22 @@ private:
         Corner& c = corners_[i];
         const Index out = first_ + static_cast<Index>(i), in = t_.prev(out);
         const bool out_is_sharp = is_sharp(out), in_is_sharp = is_sharp(in);
-        const auto inner = [&](const Row& e, const Corner& far, const Row& far_e) {
-            const double c0 = c.fan.cosine(), c1 = far.fan.cosine();
+        const auto inner = [&](const Row& e, const Corner& other, const Row& other_e) {
+            const double c0 = c.fan.cosine(), c1 = other.fan.cosine();
             Row f;
             f.add(c.p, c1 / 3);
             f.add(e, (3 - 2 * c0 - c1) / 3);
-            f.add(far_e, 2 * c0 / 3);
+            f.add(other_e, 2 * c0 / 3);
             return f;
         };
         if (!out_is_sharp) {
-            const Corner& far = corners_[next(i)];
-            c.f_plus = inner(c.e_plus, far, far.e_minus);
+            const Corner& other = corners_[next(i)];
+            c.f_plus = inner(c.e_plus, other, other.e_minus);
             add_r(out, 1.0 / 3, c.f_plus);
         }
         if (!in_is_sharp) {
-            const Corner& far = corners_[before(i)];
-            c.f_minus = inner(c.e_minus, far, far.e_plus);
+            const Corner& other = corners_[before(i)];
+            c.f_minus = inner(c.e_minus, other, other.e_plus);
             add_r(t_.twin[in], -1.0 / 3, c.f_minus);
         }
         if (out_is_sharp && in_is_sharp) {
@@ -503,4 +503,4 @@ StencilTable gregory_points(const Topology& topology, const ResolvedFeatures& fe
     return GregoryFace(topology, features, face, options).points();
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

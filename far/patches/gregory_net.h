@@ -13,7 +13,7 @@
 #include <osdx/topology.h>
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// The faces around a vertex that are smooth together: all, or those between two sharp edges.
 struct FanShape {
@@ -88,4 +88,4 @@ Status check_gregory(const MeshData& data, const Topology& topology,
 StencilTable gregory_points(const Topology& topology, const ResolvedFeatures& features,
                             Index face, const GregoryRules& options = {});
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -7,7 +7,7 @@
 #include <bit>
 #include <cmath>
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 IsolationBound::IsolationBound(const PatchTableOptions& options) {
     const auto reach = static_cast<std::size_t>(options.degree + 1);
@@ -24,4 +24,4 @@ double IsolationBound::most_cells(int level, std::size_t n_corners,
            std::ldexp(static_cast<double>(cells_of_edge * n_semi_sharp), level);
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -6,8 +6,9 @@
 #include <cstddef>
 
 #include <osdx/build_patch_table.h>
+#include <osdx/topology.h>
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// How much refinement may leave open, so that it ends where it does not help.
 ///
@@ -40,4 +41,4 @@ Result<PatchTable> build_patch_table(Topology base, Features features,
                                      const PatchTableOptions& options,
                                      const IsolationBound& bound);
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -5,7 +5,7 @@
 
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 enum class PatchKind : std::uint8_t {
     Regular,  ///< uniform B-spline of bi-degree d on [0,1]^2
@@ -128,4 +128,4 @@ struct PatchClass {
     auto operator<=>(const PatchClass&) const = default;
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

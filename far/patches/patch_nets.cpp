@@ -7,7 +7,7 @@
 
 #include "far/patches/gregory_net.h"
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 using Begin = ControlGrid::Begin;
 
@@ -333,4 +333,4 @@ void PatchNets::set_terms(int i, const PointTerms& terms) {
     batch_.mirrored.end_row();
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

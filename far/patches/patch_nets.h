@@ -15,7 +15,7 @@
 
 /// The patches that could be laid on one level of refinement. PatchTableBuilder decides which
 /// of them are, and numbers them.
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// A cell is the piece of surface of one quad of the control mesh (odd degrees, centred at a
 /// face) or one 4-valent vertex (even degrees, centred at the vertex).
@@ -124,4 +124,4 @@ private:
     PointTerms terms_;
 };
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

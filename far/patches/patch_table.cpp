@@ -7,7 +7,7 @@
 
 #include "far/parallel.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 /// The corner of the unit square in whose quarter a point lies, and the point in that
@@ -132,4 +132,4 @@ void PatchTable::add_cells(Index quarter, std::vector<Cell>& cells) const {
     add(add, nodes_[quarter], {0, 0}, {1, 0});
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

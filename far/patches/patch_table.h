@@ -13,7 +13,7 @@
 #include <osdx/stencil_table.h>
 #include <osdx/topology.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// One patch, as a view into the table that owns it.
 struct PatchRef {
@@ -75,7 +75,7 @@ struct PatchLeaf {
 /// (stencils) of the points before them.
 ///
 /// Threads: const members may run at the same time.
-class PatchTable {
+class OSDX_API PatchTable {
 public:
     bool operator==(const PatchTable&) const = default;
 
@@ -182,4 +182,4 @@ private:
     Buffer<Index> nodes_;  // roots first: one per quarter
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

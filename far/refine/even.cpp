@@ -11,7 +11,7 @@
 #include "far/refine/level_rows.h"
 #include "far/refine/sharpness.h"
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 namespace {
 
 /// Follows what is known through the factors of a level.
@@ -488,4 +488,4 @@ void refine_even(const RefinedLevel& parent, const RefinedPart* part, int degree
     level = EvenStep(part ? part->level : parent, parent_is_base).build(degree, part);
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -11,7 +11,7 @@
 #include "far/refine/level.h"
 
 /// The steps of Refinement of even degrees.
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// Level 0.
 RefinedLevel even_base(Topology base, const ResolvedFeatures& features);
@@ -21,4 +21,4 @@ RefinedLevel even_base(Topology base, const ResolvedFeatures& features);
 void refine_even(const RefinedLevel& parent, const RefinedPart* part, int degree,
                  bool parent_is_base, RefinedLevel& level);
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

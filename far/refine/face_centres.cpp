@@ -5,7 +5,9 @@
 
 #include <algorithm>
 
-namespace osdx::detail {
+#include <osdx/topology.h>
+
+namespace osdx::inline OSDX_ABI::detail {
 namespace {
 
 std::vector<Index> junction_faces(const RefinedLevel& level) {
@@ -84,4 +86,4 @@ VertexRule FaceCentres::rule(Index face, const Junction* j,
                        static_cast<std::size_t>(j->n_sharp + n_rays));
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -6,11 +6,13 @@
 #include <span>
 #include <vector>
 
+#include <osdx/topology.h>
+
 #include "far/refine/level.h"
 #include "far/refine/sharpness.h"
 
 /// Even degrees: the middles of faces, and the sharpness that rules them.
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 Meeting meeting_of(std::span<const double> rays);
 
@@ -133,4 +135,4 @@ private:
     std::vector<Index> junction_;  // by face: its own or kInvalidIndex; empty: none
 };
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -8,7 +8,7 @@
 #include "far/mesh/topology_edits.h"
 #include "far/parallel.h"
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 namespace {
 
 template <class From, class To>
@@ -117,4 +117,4 @@ Flags vertices_beside_unknown(const Topology& t, const Flags& known) {
     return result;
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -13,7 +13,7 @@
 #include <osdx/topology.h>
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// What the point of a vertex is to the surface. Even degrees have border curves of their
 /// own: at level 0 the border runs through the vertices, later it runs midway between the
@@ -128,4 +128,4 @@ Flags vertices_beside_gaps(const RefinedLevel& level);
 Flags vertices_beside_unknown(const Topology& topology, const Flags& known);
 
 }  // namespace detail
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

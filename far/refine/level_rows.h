@@ -8,7 +8,7 @@
 
 #include "far/refine/stencil_rows.h"
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// From the points of the level above to those of a level, by factors that are applied one
 /// after the other. Rows are made when they are asked for: of a part that is refined few are.
@@ -24,4 +24,4 @@ public:
                      StencilTable& table) const = 0;
 };
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

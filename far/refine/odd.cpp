@@ -6,13 +6,15 @@
 #include <algorithm>
 #include <span>
 
+#include <osdx/topology.h>
+
 #include "far/mesh/topology_edits.h"
 #include "far/parallel.h"
 #include "far/refine/level_rows.h"
 #include "far/refine/sharpness.h"
 #include "far/refine/smoothing.h"
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 namespace {
 
 /// The sharpness of the edges and vertices of split(t) after one step.
@@ -408,4 +410,4 @@ void keep_sharp(RefinedLevel& level) {
     });
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

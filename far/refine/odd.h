@@ -8,7 +8,7 @@
 #include "far/refine/level.h"
 
 /// The steps of Refinement of odd degrees.
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// Refines a level, or a part of it. The level that is made refers to itself, `parent` and `part`.
 /// \param part  null: all
@@ -18,4 +18,4 @@ void refine_odd(const RefinedLevel& parent, std::shared_ptr<const RefinedPart> p
 /// Takes the flags `sharp` from vertices where nothing is.
 void keep_sharp(RefinedLevel& level);
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -15,7 +15,7 @@
 #include "far/refine/odd.h"
 #include "far/refine/stencil_rows.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 StencilTable split_stencils(const Topology& t) {
     // Vertices stay, edges and faces take the middle.
@@ -259,4 +259,4 @@ Refinement::Chain Refinement::chain(std::vector<Flags> wanted,
     return chain;
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

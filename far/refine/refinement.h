@@ -17,7 +17,7 @@
 
 #include "far/refine/level.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// Linear subdivision of the points of a mesh to those of split().
 StencilTable split_stencils(const Topology& topology);
@@ -110,4 +110,4 @@ private:
     std::deque<RefinedLevel> levels_;  // references stay valid
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

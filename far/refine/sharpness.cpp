@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 double Meeting::lowered(double s, CreaseMethod method) const {
     if (method == CreaseMethod::Chaikin && is_semi_sharp(s) && n_ > 1)
@@ -27,4 +27,4 @@ double EndOfSharpness::weight_before() const {
     return n_ == 0 ? 1 : std::min(1.0, sum_ / n_);
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -11,7 +11,7 @@
 
 /// The rules of sharpness for all degrees: how it goes down from level to level, what it makes
 /// of a vertex, and the mixture of rules where it ends.
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// What is left of a sharpness after a step.
 inline double lowered(double s) {
@@ -60,4 +60,4 @@ private:
     double sum_ = 0;
 };
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -3,8 +3,10 @@
 
 #pragma once
 
+#include <osdx/version.h>
+
 /// The weights of smoothing of odd degrees, for levels and grids.
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// The smoothing of a vertex of n quads: of itself, of each neighbour along an
 /// edge and of each across a quad.
@@ -25,4 +27,4 @@ constexpr double half_face_weight(bool is_smooth_triangle) {
     return 0.5 * (is_smooth_triangle ? 0.47 : 0.25);
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -12,7 +12,7 @@
 #include "far/parallel.h"
 
 /// Stencil tables whose rows are made on all threads. For the sources of this project.
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// Rows without their repetitions, numbered in the order in which they come.
 class DistinctRows {
@@ -104,4 +104,4 @@ StencilTable make_rows(Index n_rows, Make&& make) {
     });
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

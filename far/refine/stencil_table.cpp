@@ -10,7 +10,7 @@
 #include "far/parallel.h"
 #include "far/refine/stencil_rows.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 StencilTable detail::joined(std::span<StencilTable> tables) {
     if (tables.size() == 1)
@@ -124,4 +124,4 @@ StencilTable compose(const StencilTable& second, const StencilTable& first,
         });
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -10,7 +10,7 @@
 #include <osdx/buffer.h>
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// Rows of sparse weights: out[r] = sum of weights[k] in[indices[k]] over row r.
 ///
@@ -95,7 +95,7 @@ private:
 
 /// first, then second: row r of the result is row r of `second` over the inputs of `first`.
 /// \param n_inputs  of `first`
-StencilTable compose(const StencilTable& second, const StencilTable& first,
-                     Index n_inputs);
+OSDX_API StencilTable compose(const StencilTable& second, const StencilTable& first,
+                              Index n_inputs);
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -12,7 +12,7 @@
 #include "far/refine/grids/odd_grids.h"
 #include "far/refine/refinement.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 /// The last level of Refinement; from level 1 on without the vertices that no face uses.
@@ -158,4 +158,4 @@ template void UniformRefinement::points(std::span<const Vec2<double>>,
 template void UniformRefinement::points(std::span<const Vec3<double>>,
                                         std::span<Vec3<double>>) const;
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -12,7 +12,7 @@
 #include <osdx/topology.h>
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// The last level of uniform subdivision of any degree: the surface of Refinement, as quickly
 /// as it can be had. OddGrids and EvenGrids do the work, and Refinement what grids do not
@@ -59,4 +59,4 @@ private:
     std::unique_ptr<const Engine> engine_;
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

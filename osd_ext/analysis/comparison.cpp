@@ -10,10 +10,12 @@
 #include <osdx/embree/ray_scene.h>
 #include <osdx/opensubdiv/limit_surface.h>
 #include <osdx/query.h>
+#include <osdx/surface_function.h>
+#include <osdx/tessellate.h>
 
 #include "far/parallel.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 struct Sums {
@@ -186,4 +188,4 @@ Result<double> isolation_error(const Topology& base, const Features& features,
     return worst / unit;
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

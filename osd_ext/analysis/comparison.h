@@ -9,10 +9,11 @@
 #include <osdx/features.h>
 #include <osdx/resolved_features.h>
 #include <osdx/result.h>
+#include <osdx/surface_function.h>
 #include <osdx/tessellation.h>
 #include <osdx/topology.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// How far one surface over a base mesh is from another over the same mesh.
 struct SurfaceDistance {
@@ -34,19 +35,19 @@ struct SurfaceDistance {
 /// Threads: goes wide; the result does not depend on their number.
 /// \param unit  lengths are divided by it
 /// \pre rate is even
-Result<SurfaceDistance> measure_distance(const Topology& base,
-                                         const ResolvedFeatures& features,
-                                         const SurfaceFunction& from,
-                                         const SurfaceFunction& to, int rate,
-                                         double unit);
+OSDX_API Result<SurfaceDistance> measure_distance(const Topology& base,
+                                                  const ResolvedFeatures& features,
+                                                  const SurfaceFunction& from,
+                                                  const SurfaceFunction& to, int rate,
+                                                  double unit);
 
 /// The error of a limit surface by its isolation: the largest distance to the limit surface
 /// that is isolated two levels deeper, over `unit`, sampled where the two differ, close to
 /// vertices and face centres. Includes what semi-sharp creases lack that are sharper than the
 /// isolation level.
 /// \pre 1 <= isolation <= LimitSurface::kMaxIsolation - 2
-Result<double> isolation_error(const Topology& base, const Features& features,
-                               std::span<const Vec3<double>> positions, int isolation,
-                               double unit);
+OSDX_API Result<double> isolation_error(const Topology& base, const Features& features,
+                                        std::span<const Vec3<double>> positions,
+                                        int isolation, double unit);
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -5,10 +5,14 @@
 #include <numbers>
 
 #include <osdx/analysis/continuity.h>
+#include <osdx/evaluator.h>
+#include <osdx/patch_table.h>
+#include <osdx/resolved_features.h>
+#include <osdx/topology.h>
 
 #include "far/parallel.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 double principal(const Curvature<double>& c) {
@@ -156,4 +160,4 @@ Continuity measure_continuity(const Surface& surface, int rate) {
     return c;
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -5,7 +5,7 @@
 
 #include <osdx/surface.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// How well the patches of a surface join: the largest jumps over all patch edges. Borders
 /// and the edges of holes join nothing and do not count.
@@ -28,6 +28,6 @@ struct Continuity {
 /// Evaluates both patches at `rate` + 1 points of every patch edge, corners included; normals
 /// and curvature in the chart of the patch, which is regular where (u, v) is not.
 /// Threads: goes wide; the result does not depend on their number.
-Continuity measure_continuity(const Surface& surface, int rate = 8);
+OSDX_API Continuity measure_continuity(const Surface& surface, int rate = 8);
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <glm/geometric.hpp>
 
 #include <osdx/embree/ray_scene.h>
 
@@ -16,7 +17,7 @@
 #endif
 #endif
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 #ifdef OSDX_HAS_EMBREE
 
@@ -229,4 +230,4 @@ Address TessellatedScene::address(const RayHit& hit) const noexcept {
     return {faces_[hit.triangle], p.x, p.y};
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -12,7 +12,7 @@
 #include <osdx/tessellation.h>
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 struct Ray {
     Vec3<float> origin;
@@ -30,7 +30,7 @@ struct RayHit {
 
 /// A bounding-volume hierarchy over triangles. Copies its input; Embree stays hidden.
 /// Threads: const members may run at the same time.
-class RayScene {
+class OSDX_API RayScene {
 public:
     /// \return IndexOutOfRange (with the triangle), NonFinitePoint (with the point),
     ///         DeviceFailure, or NotBuilt without Embree.
@@ -53,7 +53,7 @@ private:
 };
 
 /// A ray scene of a tessellation that knows the surface address of its hits.
-class TessellatedScene {
+class OSDX_API TessellatedScene {
 public:
     /// \return what RayScene::build returns
     static Result<TessellatedScene> build(const Tessellation& tessellation);
@@ -72,4 +72,4 @@ private:
     std::vector<std::array<Vec2<double>, 3>> corners_;  // (u, v), per triangle
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -19,7 +19,7 @@
 
 #include "far/mesh/formats/output.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 using detail::append_bytes;
@@ -404,4 +404,4 @@ Result<std::string> format_tessellation(const Tessellation& tessellation,
     return detail::format_as<Tessellation>(extension, tessellation, kFormats);
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

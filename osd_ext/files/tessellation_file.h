@@ -10,7 +10,7 @@
 #include <osdx/result.h>
 #include <osdx/tessellation.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// Writes a tessellation by the extension of `path`:
 ///
@@ -30,13 +30,13 @@ namespace osdx {
 /// \return InvalidOption for another extension; EmptyMesh, SizeMismatch or IndexOutOfRange
 ///         for a tessellation against its shapes; WriteFailed, also where the format has
 ///         too few bits (STL, GLB). Nothing half-written is left.
-Status write_tessellation(const std::filesystem::path& path,
-                          const Tessellation& tessellation);
+OSDX_API Status write_tessellation(const std::filesystem::path& path,
+                                   const Tessellation& tessellation);
 
 /// The same into memory.
 /// \param extension  with its dot
 /// \return what write_tessellation() returns, but not WriteFailed for the disk
-Result<std::string> format_tessellation(const Tessellation& tessellation,
-                                        std::string_view extension);
+OSDX_API Result<std::string> format_tessellation(const Tessellation& tessellation,
+                                                 std::string_view extension);
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -5,7 +5,9 @@
 #include <vector>
 
 #include <osdx/opensubdiv/limit_surface.h>
+#include <osdx/patch_table.h>
 #include <osdx/resolved_features.h>
+#include <osdx/surface_function.h>
 
 #ifdef OSDX_HAS_OPENSUBDIV
 #include <opensubdiv/far/patchMap.h>
@@ -18,7 +20,7 @@
 #include <opensubdiv/far/topologyRefinerFactory.h>
 #endif
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 #ifdef OSDX_HAS_OPENSUBDIV
 
@@ -203,4 +205,4 @@ SurfaceFunction surface_function(const Topology& base, const LimitSurface& limit
     };
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -9,11 +9,12 @@
 #include <osdx/address.h>
 #include <osdx/features.h>
 #include <osdx/result.h>
+#include <osdx/surface_function.h>
 #include <osdx/surface_jet.h>
 #include <osdx/tessellation.h>
 #include <osdx/topology.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// The Catmull-Clark limit surface of a mesh as OpenSubdiv evaluates it, at the same addresses
 /// as Surface.
@@ -29,7 +30,7 @@ namespace osdx {
 /// limit point of a smooth vertex, which is another.
 ///
 /// Threads: const members may run at the same time.
-class LimitSurface {
+class OSDX_API LimitSurface {
 public:
     /// The deepest level that OpenSubdiv takes.
     static constexpr int kMaxIsolation = 10;
@@ -59,6 +60,7 @@ private:
 };
 
 /// The limit surface as a SurfaceFunction. \pre both outlive it
-SurfaceFunction surface_function(const Topology& base, const LimitSurface& limit);
+OSDX_API SurfaceFunction surface_function(const Topology& base,
+                                          const LimitSurface& limit);
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

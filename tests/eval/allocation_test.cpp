@@ -10,8 +10,11 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <osdx/evaluator.h>
 #include <osdx/grid_evaluator.h>
+#include <osdx/patch_table.h>
 #include <osdx/surface.h>
+#include <osdx/topology.h>
 
 #include "eval/bases/generalised_bezier.h"
 #include "eval/bases/gregory.h"

@@ -18,7 +18,9 @@
 #include <gtest/gtest.h>
 
 #include <osdx/evaluator.h>
+#include <osdx/patch_table.h>
 #include <osdx/surface.h>
+#include <osdx/topology.h>
 
 #include "tests/support/test_meshes.h"
 

@@ -12,8 +12,12 @@
 #include <tbb/global_control.h>
 
 #include <osdx/build_patch_table.h>
+#include <osdx/evaluator.h>
 #include <osdx/grid_evaluator.h>
+#include <osdx/patch_class.h>
+#include <osdx/patch_table.h>
 #include <osdx/surface.h>
+#include <osdx/topology.h>
 
 #include "tests/support/instruction_sets.h"
 #include "tests/support/test_meshes.h"

@@ -11,7 +11,11 @@
 
 #include <osdx/analysis/continuity.h>
 #include <osdx/build_patch_table.h>
+#include <osdx/patch_class.h>
+#include <osdx/patch_table.h>
+#include <osdx/resolved_features.h>
 #include <osdx/surface.h>
+#include <osdx/topology.h>
 
 #include "tests/support/test_meshes.h"
 

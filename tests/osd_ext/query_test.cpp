@@ -8,6 +8,8 @@
 
 #include <osdx/query.h>
 #include <osdx/surface.h>
+#include <osdx/surface_function.h>
+#include <osdx/topology.h>
 
 #include "tests/support/test_meshes.h"
 
@@ -41,8 +43,9 @@ TEST(IntersectRay, FindsThePointThatTheRayWasAimedAt) {
             const double t = 1 + unit(random);
             const Address start = {face, at.u + 0.05 * unit(random),
                                    at.v - 0.05 * unit(random)};
-            const RayPoint hit = intersect_ray(
-                s.base(), s.function(), jet.p - t * direction, direction, start, 1e-13);
+            const RayPoint hit =
+                intersect_ray(s.base(), surface_function(s), jet.p - t * direction,
+                              direction, start, 1e-13);
             EXPECT_LE(hit.distance, 1e-13);
             EXPECT_LE(glm::distance(hit.jet.p, jet.p), 1e-11);
             EXPECT_NEAR(hit.t, t, 1e-11);
@@ -57,7 +60,7 @@ TEST(IntersectRay, StopsWithinTheTolerance) {
     int n_evaluated = 0;
     const SurfaceFunction counted = [&](const QuarterPoint& q) {
         ++n_evaluated;
-        return s.function()(q);
+        return surface_function(s)(q);
     };
     const Point origin = p + n + 0.01 * s.evaluate(start).du;
     RayPoint hit = intersect_ray(s.base(), counted, origin, -n, start, 0.1);
@@ -75,8 +78,9 @@ TEST(IntersectRay, TakesNoStepThatLeadsAway) {
     const SurfaceJet<double> jet = s.evaluate(start);
     const Point n = normal(jet),
                 direction = glm::normalize(glm::normalize(jet.du) - 0.01 * n);
-    const RayPoint hit = intersect_ray(
-        s.base(), s.function(), jet.p + 0.1 * n - direction, direction, start, 1e-12);
+    const RayPoint hit =
+        intersect_ray(s.base(), surface_function(s), jet.p + 0.1 * n - direction,
+                      direction, start, 1e-12);
     EXPECT_EQ(hit.jet.p, jet.p);
     EXPECT_NEAR(hit.distance, 0.1, 1e-3);
 }

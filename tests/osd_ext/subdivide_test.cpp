@@ -13,6 +13,7 @@
 #include <osdx/address.h>
 #include <osdx/build_topology.h>
 #include <osdx/subdivide.h>
+#include <osdx/topology.h>
 
 #include "far/refine/grids/even_grids.h"
 #include "far/refine/refinement.h"

@@ -14,7 +14,9 @@
 #include <osdx/openmesh.h>
 #include <osdx/resolved_features.h>
 #include <osdx/surface.h>
+#include <osdx/tessellate.h>
 #include <osdx/tessellation.h>
+#include <osdx/topology.h>
 
 #include "tests/support/test_meshes.h"
 #include "tests/support/thinned.h"

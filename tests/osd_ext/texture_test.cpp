@@ -12,8 +12,11 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <osdx/resolved_features.h>
 #include <osdx/surface.h>
+#include <osdx/tessellate.h>
 #include <osdx/texture.h>
+#include <osdx/topology.h>
 
 #include "tests/support/test_meshes.h"
 

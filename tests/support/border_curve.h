@@ -12,7 +12,10 @@
 #include <glm/geometric.hpp>
 
 #include <osdx/analysis/continuity.h>
+#include <osdx/evaluator.h>
 #include <osdx/mesh_data.h>
+#include <osdx/patch_table.h>
+#include <osdx/resolved_features.h>
 #include <osdx/surface.h>
 #include <osdx/topology.h>
 

@@ -8,6 +8,10 @@
 
 #include <osdx/analysis/comparison.h>
 #include <osdx/opensubdiv/limit_surface.h>
+#include <osdx/patch_table.h>
+#include <osdx/resolved_features.h>
+#include <osdx/surface_function.h>
+#include <osdx/topology.h>
 
 #include "viewer/cli/commands.h"
 #include "viewer/cli/job.h"

@@ -11,6 +11,9 @@
 #include <osdx/file.h>
 #include <osdx/files/tessellation_file.h>
 #include <osdx/opensubdiv/limit_surface.h>
+#include <osdx/patch_table.h>
+#include <osdx/surface_function.h>
+#include <osdx/topology.h>
 
 #include "viewer/cli/commands.h"
 #include "viewer/cli/demo_mesh.h"

@@ -12,6 +12,9 @@
 #include <fmt/format.h>
 
 #include <osdx/file.h>
+#include <osdx/patch_table.h>
+#include <osdx/surface_function.h>
+#include <osdx/topology.h>
 
 #include "viewer/cli/commands.h"
 #include "viewer/cli/job.h"

@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 
 #include <osdx/features.h>
+#include <osdx/patch_table.h>
+#include <osdx/topology.h>
 
 #include "viewer/cli/commands.h"
 #include "viewer/cli/job.h"

@@ -10,6 +10,9 @@
 #include <osdx/build_patch_table.h>
 #include <osdx/file.h>
 #include <osdx/mesh_file.h>
+#include <osdx/resolved_features.h>
+#include <osdx/surface_function.h>
+#include <osdx/topology.h>
 
 namespace osdx::cli {
 
@@ -21,7 +24,8 @@ Error in_file(Error error, const std::filesystem::path& file) {
 }
 
 SurfaceFunction Job::function(Chart chart) const {
-    return limit ? surface_function(surface.base(), *limit) : surface.function(chart);
+    return limit ? surface_function(surface.base(), *limit)
+                 : surface_function(surface, chart);
 }
 
 Tessellation Job::tessellate(int rate) const {

@@ -10,6 +10,8 @@
 #include <osdx/mesh_data.h>
 #include <osdx/opensubdiv/limit_surface.h>
 #include <osdx/surface.h>
+#include <osdx/surface_function.h>
+#include <osdx/tessellate.h>
 #include <osdx/tessellation.h>
 #include <osdx/texture.h>
 

@@ -5,6 +5,10 @@
 
 #include <fmt/format.h>
 
+#include <osdx/resolved_features.h>
+#include <osdx/surface_function.h>
+#include <osdx/topology.h>
+
 namespace osdx::cli {
 
 Json distance_report(const SurfaceDistance& d) {

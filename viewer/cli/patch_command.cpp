@@ -13,7 +13,9 @@
 #include <osdx/build_topology.h>
 #include <osdx/features.h>
 #include <osdx/file.h>
+#include <osdx/patch_class.h>
 #include <osdx/resolved_features.h>
+#include <osdx/topology.h>
 
 #include "eval/bases/gregory.h"
 #include "eval/bases/patch_basis.h"

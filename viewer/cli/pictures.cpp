@@ -8,6 +8,9 @@
 #include <fmt/format.h>
 
 #include <osdx/query.h>
+#include <osdx/resolved_features.h>
+#include <osdx/surface_function.h>
+#include <osdx/topology.h>
 
 namespace osdx::cli {
 

@@ -7,7 +7,9 @@
 #include <fmt/format.h>
 
 #include <osdx/opensubdiv/limit_surface.h>
+#include <osdx/patch_table.h>
 #include <osdx/texture.h>
+#include <osdx/topology.h>
 
 #include "viewer/cli/commands.h"
 #include "viewer/cli/job.h"

@@ -10,6 +10,8 @@
 
 #include <fmt/format.h>
 
+#include <osdx/patch_class.h>
+
 #include "viewer/cli/commands.h"
 #include "viewer/render/patch_kind_name.h"
 

@@ -3,6 +3,7 @@
 
 #include <osdx/files/tessellation_file.h>
 #include <osdx/texture.h>
+#include <osdx/topology.h>
 
 #include "viewer/cli/commands.h"
 #include "viewer/cli/job.h"

@@ -11,6 +11,8 @@
 
 #include <fmt/format.h>
 
+#include <osdx/patch_class.h>
+
 #include "viewer/render/color.h"
 #include "viewer/render/patch_kind_name.h"
 

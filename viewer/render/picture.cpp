@@ -13,6 +13,10 @@
 
 #include <fmt/format.h>
 
+#include <osdx/patch_class.h>
+#include <osdx/patch_table.h>
+#include <osdx/surface_function.h>
+
 #include "far/parallel.h"
 #include "viewer/render/color.h"
 #include "viewer/render/legend.h"
@@ -82,7 +86,7 @@ PictureInput picture_input(const Surface& surface) {
     const PatchTable& table = surface.patches();
     input.base = &surface.base();
     input.features = &table.features();
-    input.surface = surface.function(Chart::Native);
+    input.surface = surface_function(surface, Chart::Native);
     input.patch = [&table](const QuarterPoint& at) {
         const PatchPoint p = table.locate(at);
         const PatchClass& c = table.class_of(p.patch);

@@ -10,8 +10,10 @@
 #include <string_view>
 #include <vector>
 
+#include <osdx/patch_class.h>
 #include <osdx/resolved_features.h>
 #include <osdx/surface.h>
+#include <osdx/surface_function.h>
 #include <osdx/texture.h>
 #include <osdx/topology.h>
 

@@ -12,6 +12,10 @@
 #include <glm/geometric.hpp>
 
 #include <osdx/query.h>
+#include <osdx/resolved_features.h>
+#include <osdx/surface_function.h>
+#include <osdx/tessellate.h>
+#include <osdx/topology.h>
 
 #include "viewer/render/openness.h"
 

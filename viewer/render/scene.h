@@ -9,6 +9,7 @@
 
 #include <osdx/address.h>
 #include <osdx/embree/ray_scene.h>
+#include <osdx/resolved_features.h>
 #include <osdx/result.h>
 #include <osdx/surface_jet.h>
 #include <osdx/tessellation.h>

@@ -9,7 +9,7 @@
 
 #include "far/mesh/formats/output.h"
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// Calls f(the vertices of the face).
 template <class F>
@@ -33,4 +33,4 @@ inline void write_body(Output& out, const MeshData& mesh) {
     });
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -10,7 +10,7 @@
 #include <osdx/result.h>
 
 /// The formats of mesh files, one source each. For mesh_file.cpp.
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 Result<MeshData> read_obj(std::string_view text);
 Result<MeshData> read_off(std::string_view text);
@@ -26,4 +26,4 @@ void write_obj(std::ostream& stream, const MeshData& mesh);
 void write_off(std::ostream& stream, const MeshData& mesh);
 void write_ply(std::ostream& stream, const MeshData& mesh);
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -20,7 +20,7 @@
 #include "far/mesh/formats/output.h"
 #include "far/mesh/formats/scan.h"
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 namespace {
 
 Status read_obj_uv(Words words, Index line, MeshData& mesh) {
@@ -269,4 +269,4 @@ void write_obj(std::ostream& stream, const MeshData& mesh) {
         write_tag(out, tag);
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -23,7 +23,7 @@
 #include <osdx/types.h>
 
 /// What writers of files share.
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// Appends a number to `bytes`, lowest byte first whatever the machine.
 template <class Bytes, class T>
@@ -129,4 +129,4 @@ Result<std::string> format_as(std::string_view extension, const T& object,
     return std::move(stream).str();
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

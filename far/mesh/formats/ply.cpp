@@ -20,7 +20,7 @@
 #include "far/mesh/formats/output.h"
 #include "far/mesh/formats/scan.h"
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 namespace {
 
 // ---- PLY: header ----
@@ -447,4 +447,4 @@ void write_ply(std::ostream& stream, const MeshData& mesh) {
     write_body(out, mesh);
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 std::string printable(std::string_view word) {
     std::string text(word.substr(0, 40));
@@ -96,4 +96,4 @@ Result<MeshData> finish(MeshData mesh) {
     return mesh;
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

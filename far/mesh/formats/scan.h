@@ -23,7 +23,7 @@
 ///
 /// The parsers are our own on purpose: libraries lose the line of the file, drop faces that
 /// they dislike, and some turn nan into 0.
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 using Words = std::span<const std::string_view>;
 
@@ -139,4 +139,4 @@ Error ends_early(std::string_view item, std::int64_t i, std::int64_t n, Index li
 /// Refuses what has no vertices or no faces.
 Result<MeshData> finish(MeshData mesh);
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -12,7 +12,7 @@
 #include "far/refine/even.h"
 #include "far/refine/grids/point_rows.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 bool EvenGrids::takes(const Features& f) {
     return std::ranges::none_of(f.edge_sharpness, is_semi_sharp) &&
@@ -335,8 +335,8 @@ private:
                 refine_row(room.whole_row(), room, above);
             }
             // Two rows between this and the last, nearer to each, but none outside.
-            const auto add = [&](const T* near, const T* far) {
-                detail::nearer_row(near, far, out, room.n_out);
+            const auto add = [&](const T* nearer, const T* farther) {
+                detail::nearer_row(nearer, farther, out, room.n_out);
                 out += room.n_out;
             };
             if (kRefines && j > 1)
@@ -501,4 +501,4 @@ template void EvenGrids::points(std::span<const Vec2<double>>,
 template void EvenGrids::points(std::span<const Vec3<double>>,
                                 std::span<Vec3<double>>) const;
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -12,7 +12,7 @@
 
 #include "far/refine/refinement.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// Uniform subdivision of even degree on grids: the surface of Refinement, at the speed of
 /// memory and without its tables. The counterpart of OddGrids; all borders and
@@ -118,4 +118,4 @@ private:
     std::vector<Index> pinned_number_;  ///< by vertex of base()
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

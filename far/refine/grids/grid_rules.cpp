@@ -10,7 +10,7 @@
 #include "far/refine/sharpness.h"
 #include "far/refine/smoothing.h"
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 namespace {
 
 /// Values of some of many vertices.
@@ -239,4 +239,4 @@ void GridSharpness::write(const QuadGrids& g, ResolvedFeatures& f) const {
         f.vertex_sharpness[v] = s;
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

@@ -13,7 +13,7 @@
 #include "far/refine/grids/quad_grids.h"
 
 /// Sharp features of OddGrids: what lies on edges and vertices of the roots.
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// An end of a root edge: of the lower halfedge of the edge.
 struct EdgeEnd {
@@ -78,4 +78,4 @@ private:
     std::vector<std::pair<Index, double>> vertices_;
 };
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

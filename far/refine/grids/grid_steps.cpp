@@ -8,10 +8,12 @@
 #include <type_traits>
 #include <vector>
 
+#include <osdx/topology.h>
+
 #include "far/refine/grids/point_rows.h"
 #include "far/refine/smoothing.h"
 
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 namespace {
 
 /// The grids of a level with their points.
@@ -420,4 +422,4 @@ OSDX_INSTANTIATE(double, 2)
 OSDX_INSTANTIATE(double, 3)
 #undef OSDX_INSTANTIATE
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

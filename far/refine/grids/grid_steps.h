@@ -7,7 +7,7 @@
 #include "far/refine/grids/quad_grids.h"
 
 /// The passes of OddGrids over points of C channels, one after the other.
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// Linear subdivision and the first smoothing: from the points of grids to those of twice the
 /// size. The grids of size 1 may be any polygons.
@@ -18,4 +18,4 @@ void refine_grids(const QuadGrids& grids, const GridRules& rules, const T* in, T
 template <class T, int C>
 void smooth_grids(const QuadGrids& grids, const GridRules& rules, const T* in, T* out);
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

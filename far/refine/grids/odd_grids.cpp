@@ -12,7 +12,7 @@
 #include "far/mesh/topology_edits.h"
 #include "far/refine/grids/grid_steps.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 bool is_of_quads(const Topology& t) {
@@ -137,4 +137,4 @@ template void OddGrids::points(std::span<const Vec2<double>>,
 template void OddGrids::points(std::span<const Vec3<double>>,
                                std::span<Vec3<double>>) const;
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -16,7 +16,7 @@
 #include "far/refine/grids/grid_rules.h"
 #include "far/refine/grids/quad_grids.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// Uniform subdivision of odd degree on grids: the surface of Refinement, at the speed of
 /// memory and without its tables.
@@ -82,4 +82,4 @@ private:
     detail::GridSharpness sharpness_;  ///< of the last level
 };
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

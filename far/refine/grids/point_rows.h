@@ -12,7 +12,7 @@
 #include "far/parallel.h"
 
 /// Rows of points of C channels, one after the other: what refinement on grids is made of.
-namespace osdx::detail {
+namespace osdx::inline OSDX_ABI::detail {
 
 /// Calls f(begin, end) for parts of 0 .. n, each of `work` points an item.
 template <class F>
@@ -106,4 +106,4 @@ void interleave(const T* __restrict a, const T* __restrict b, std::size_t n,
     }
 }
 
-}  // namespace osdx::detail
+}  // namespace osdx::inline OSDX_ABI::detail

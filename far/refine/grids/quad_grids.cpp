@@ -9,7 +9,7 @@
 
 #include "far/parallel.h"
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 namespace {
 
 /// The roots that one task takes, so that it has some thousands of cells.
@@ -184,4 +184,4 @@ Topology to_topology(const QuadGrids& g) {
     return t;
 }
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

@@ -9,7 +9,7 @@
 #include <osdx/topology.h>
 #include <osdx/types.h>
 
-namespace osdx {
+namespace osdx::inline OSDX_ABI {
 
 /// A mesh of quads, the roots, each of them parted into size x size cells: what uniform
 /// refinement makes of a mesh. All connectivity follows by formula from that of the roots.
@@ -93,4 +93,4 @@ void face_vertices(const QuadGrids& grids, std::span<Index> out);
 /// The same mesh as flat arrays, with the same numbers.
 Topology to_topology(const QuadGrids& grids);
 
-}  // namespace osdx
+}  // namespace osdx::inline OSDX_ABI

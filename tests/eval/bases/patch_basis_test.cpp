@@ -17,6 +17,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <osdx/patch_class.h>
 #include <osdx/surface_jet.h>
 
 #include "tests/support/high_orders.h"

@@ -15,6 +15,8 @@
 
 #include <osdx/build_patch_table.h>
 #include <osdx/evaluator.h>
+#include <osdx/patch_class.h>
+#include <osdx/patch_table.h>
 
 #include "eval/bases/patch_basis.h"
 #include "tests/support/high_orders.h"

@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include <osdx/evaluator.h>
+#include <osdx/patch_class.h>
 
 #include "eval/bases/patch_basis.h"
 #include "eval/kernels/patch_kernel.h"

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <osdx/address.h>
+#include <osdx/topology.h>
 
 #include "tests/support/test_meshes.h"
 

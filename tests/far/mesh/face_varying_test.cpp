@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <osdx/face_varying.h>
+#include <osdx/topology.h>
 
 #include "tests/support/test_meshes.h"
 

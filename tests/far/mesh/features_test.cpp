@@ -13,6 +13,7 @@
 #include <osdx/features.h>
 #include <osdx/resolved_features.h>
 #include <osdx/surface.h>
+#include <osdx/topology.h>
 
 #include "far/refine/refinement.h"
 #include "tests/support/test_meshes.h"

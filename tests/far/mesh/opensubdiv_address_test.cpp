@@ -7,6 +7,7 @@
 #include <opensubdiv/bfr/parameterization.h>
 
 #include <osdx/address.h>
+#include <osdx/topology.h>
 
 #include "tests/support/test_meshes.h"
 

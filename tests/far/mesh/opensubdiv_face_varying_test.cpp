@@ -23,6 +23,7 @@
 #include <osdx/build_topology.h>
 #include <osdx/face_varying.h>
 #include <osdx/mesh_file.h>
+#include <osdx/topology.h>
 
 #include "far/mesh/topology_edits.h"
 #include "far/refine/refinement.h"

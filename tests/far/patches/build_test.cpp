@@ -15,7 +15,9 @@
 #include <osdx/build_patch_table.h>
 #include <osdx/build_topology.h>
 #include <osdx/dependents.h>
+#include <osdx/patch_table.h>
 #include <osdx/surface.h>
+#include <osdx/topology.h>
 
 #include "far/refine/refinement.h"
 #include "tests/support/refine_support.h"

@@ -23,6 +23,7 @@
 #include <osdx/build_topology.h>
 #include <osdx/mesh_file.h>
 #include <osdx/resolved_features.h>
+#include <osdx/topology.h>
 
 #include "eval/bases/gregory.h"
 #include "far/refine/refinement.h"

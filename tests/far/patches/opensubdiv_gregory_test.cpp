@@ -26,7 +26,9 @@
 
 #include <osdx/build_topology.h>
 #include <osdx/mesh_file.h>
+#include <osdx/patch_table.h>
 #include <osdx/resolved_features.h>
+#include <osdx/topology.h>
 
 #include "far/patches/gregory_net.h"
 #include "far/refine/refinement.h"

@@ -14,7 +14,9 @@
 #include <gtest/gtest.h>
 
 #include <osdx/build_patch_table.h>
+#include <osdx/patch_class.h>
 #include <osdx/patch_table.h>
+#include <osdx/topology.h>
 
 #include "far/patches/isolation_bound.h"
 #include "far/refine/refinement.h"

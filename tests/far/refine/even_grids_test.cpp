@@ -17,6 +17,7 @@
 #include <gtest/gtest.h>
 
 #include <osdx/build_topology.h>
+#include <osdx/topology.h>
 
 #include "far/refine/refinement.h"
 #include "tests/support/refine_support.h"

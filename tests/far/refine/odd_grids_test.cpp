@@ -17,6 +17,8 @@
 #include <gtest/gtest.h>
 
 #include <osdx/build_topology.h>
+#include <osdx/resolved_features.h>
+#include <osdx/topology.h>
 
 #include "far/refine/refinement.h"
 #include "tests/support/refine_support.h"

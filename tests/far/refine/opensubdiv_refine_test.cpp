@@ -26,6 +26,7 @@
 #include <osdx/build_topology.h>
 #include <osdx/features.h>
 #include <osdx/mesh_file.h>
+#include <osdx/topology.h>
 
 #include "far/mesh/topology_edits.h"
 #include "far/refine/grids/odd_grids.h"

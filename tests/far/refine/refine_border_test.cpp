@@ -15,6 +15,8 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include <osdx/topology.h>
+
 #include "far/mesh/topology_edits.h"
 #include "far/refine/refinement.h"
 #include "tests/support/spline_reference.h"

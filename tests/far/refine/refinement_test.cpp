@@ -16,6 +16,8 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include <osdx/topology.h>
+
 #include "far/refine/stencil_rows.h"
 #include "tests/support/refine_support.h"
 #include "tests/support/test_meshes.h"

@@ -11,8 +11,13 @@
 #include <gtest/gtest.h>
 
 #include <osdx/build_patch_table.h>
+#include <osdx/evaluator.h>
 #include <osdx/opensubdiv/limit_surface.h>
+#include <osdx/patch_class.h>
+#include <osdx/patch_table.h>
 #include <osdx/surface.h>
+#include <osdx/surface_function.h>
+#include <osdx/topology.h>
 
 #include "tests/support/test_meshes.h"
 #include "tests/support/thinned.h"

@@ -15,10 +15,14 @@
 
 #include <osdx/analysis/comparison.h>
 #include <osdx/analysis/continuity.h>
+#include <osdx/evaluator.h>
 #include <osdx/opensubdiv/limit_surface.h>
 #include <osdx/query.h>
 #include <osdx/resolved_features.h>
 #include <osdx/surface.h>
+#include <osdx/surface_function.h>
+#include <osdx/tessellate.h>
+#include <osdx/topology.h>
 
 #include "tests/support/test_meshes.h"
 #include "tests/support/thinned.h"
@@ -93,7 +97,7 @@ TEST(LimitSurface, DifferentiatesInTheFacesOfPolygons) {
 TEST(Comparison, FindsNoDistanceOnARegularMesh) {
     const Surface s = surface_of(random_displaced(torus(8, 6), 1, 0.05));
     const LimitSurface limit = limit_of(s);
-    const auto d = measure_distance(s.base(), s.features(), s.function(),
+    const auto d = measure_distance(s.base(), s.features(), surface_function(s),
                                     surface_function(s.base(), limit), 4, 1.0);
     ASSERT_TRUE(d);
     EXPECT_LT(d->distance_max, 1e-14);
@@ -105,7 +109,7 @@ TEST(Comparison, FindsNoDistanceOnARegularMesh) {
 // the other is the foot of the normal, where both have the same normal.
 TEST(Comparison, MeasuresAnOffset) {
     const Surface s = surface_of(random_displaced(cube(), 3, 0.05));
-    const SurfaceFunction ours = s.function();
+    const SurfaceFunction ours = surface_function(s);
     double worst = 0;
     for (Index q = 0; q < s.base().n_halfedges(); ++q) {
         const QuarterPoint at{q, 0.4, 0.3};
@@ -126,7 +130,7 @@ TEST(Comparison, MeasuresAnOffset) {
 // Points of another quarter: the walk crosses sides of quarters, faces and n-gons.
 TEST(Comparison, WalksToPointsOfOtherFaces) {
     const Surface s = surface_of(dodecahedron());
-    const SurfaceFunction ours = s.function();
+    const SurfaceFunction ours = surface_function(s);
     const Topology& base = s.base();
     for (Index q = 0; q < base.n_halfedges(); ++q) {
         const Vec3<double> target = ours({q, 0.1, 0.2}).p;
@@ -147,7 +151,7 @@ TEST(Comparison, AgreesWithBruteForce) {
     const SurfaceFunction to = surface_function(s.base(), limit);
     const Tessellation dense = tessellate(s.base(), {}, 128, to);
     for (const Index q : {Index(0), Index(5), Index(17)}) {
-        const Vec3<double> p = s.function()({q, 0.2, 0.3}).p;
+        const Vec3<double> p = surface_function(s)({q, 0.2, 0.3}).p;
         double brute = INFINITY;
         for (const auto& x : dense.positions)
             brute = std::min(brute, glm::length(x - p));
@@ -455,7 +459,7 @@ TEST(Comparison, DoesNotDependOnTheNumberOfThreads) {
     const Surface s = surface_of(random_displaced(dodecahedron(), 2, 0.05));
     const LimitSurface limit = limit_of(s);
     const auto run = [&] {
-        return *measure_distance(s.base(), s.features(), s.function(),
+        return *measure_distance(s.base(), s.features(), surface_function(s),
                                  surface_function(s.base(), limit), 4, 1.0);
     };
     const SurfaceDistance many = run();

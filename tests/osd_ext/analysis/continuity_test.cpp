@@ -17,6 +17,11 @@
 
 #include <osdx/analysis/continuity.h>
 #include <osdx/build_patch_table.h>
+#include <osdx/evaluator.h>
+#include <osdx/patch_class.h>
+#include <osdx/patch_table.h>
+#include <osdx/resolved_features.h>
+#include <osdx/topology.h>
 
 #include "eval/bases/jet.h"
 #include "eval/bases/patch_basis.h"

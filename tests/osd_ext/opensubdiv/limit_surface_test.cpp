@@ -13,6 +13,7 @@
 
 #include <osdx/opensubdiv/limit_surface.h>
 #include <osdx/resolved_features.h>
+#include <osdx/topology.h>
 
 #include "far/refine/refinement.h"
 #include "tests/support/test_meshes.h"

@@ -13,6 +13,7 @@
 
 #include <gtest/gtest.h>
 
+#include <osdx/patch_table.h>
 #include <osdx/surface.h>
 
 #include "tests/support/test_meshes.h"

@@ -20,6 +20,10 @@
 #include <unistd.h>
 
 #include <osdx/embree/ray_scene.h>
+#include <osdx/patch_class.h>
+#include <osdx/patch_table.h>
+#include <osdx/resolved_features.h>
+#include <osdx/topology.h>
 
 #include "tests/support/test_meshes.h"
 
