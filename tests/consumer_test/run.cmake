@@ -96,6 +96,5 @@ endif()
 execute_process(
     COMMAND ${CMAKE_COMMAND} --install ${scratch}/part --prefix ${scratch}/shared ${or_fail})
 consume(installed_shared -DCMAKE_BUILD_TYPE=Debug
-    -DOSDX_HEADERS=${scratch}/shared/include
     "-DCMAKE_PREFIX_PATH=${scratch}/shared;${CMAKE_PREFIX_PATH}")
 consume(part ${as_part} -DBUILD_SHARED_LIBS=OFF)  # links the same objects
