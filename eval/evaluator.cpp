@@ -202,6 +202,66 @@ SurfaceJet<T> Evaluator::evaluate(std::span<const Vec3<T>> points,
     return jet;
 }
 
+namespace {
+
+/// Places of one patch, kLanes at a time, as far as there is a kernel for it.
+class Batches {
+public:
+    Batches(const PatchKernel& kernel, std::size_t n_places)
+        : kernel_(kernel), has_many_(kernel.has_many() && n_places >= kFewest) {}
+
+    /// Calls many(jets, i, k) for place i, which is lane k of jets, or one(i).
+    /// \param value  value(i, c): channel c of control point i
+    template <class Value, class Many, class One>
+    void run(std::size_t n_points, int n_channels, std::span<const PatchPoint> where,
+             int order, Chart chart, Value&& value, Many&& many, One&& one) const {
+        if (!has_many_) {
+            for (std::size_t i = 0; i < where.size(); ++i)
+                one(i);
+            return;
+        }
+        double net[detail::kManyChannels * detail::kMostManyPoints];
+        std::size_t n_values = 0;
+        for (std::size_t i = 0; i < n_points; ++i) {
+            for (int c = 0; c < n_channels; ++c)
+                net[n_values++] = value(i, c);
+        }
+        detail::PointPlaces at{};
+        detail::PointJets jets;
+        for (std::size_t first = 0; first < where.size(); first += kMost) {
+            const std::size_t n = std::min(kMost, where.size() - first);
+            const bool at_once = n >= kFewest;
+            for (std::size_t k = 0; at_once && k < n; ++k) {
+                const PatchPoint& p = where[first + k];
+                assert(p.patch == where[0].patch);
+                const detail::ChartTurn turn = turn_of(p, chart);
+                at.sector[k] = static_cast<int>(p.sector);
+                at.a[k] = p.a;
+                at.b[k] = p.b;
+                at.cos[k] = turn.cos;
+                at.sin[k] = turn.sin;
+            }
+            if (at_once)
+                kernel_.sum_many({net, n_values}, n_channels, at, chart, order, jets);
+            for (std::size_t k = 0; k < n; ++k) {
+                const PatchPoint& p = where[first + k];
+                if (at_once && kernel_.takes({0, p.a, p.b}))
+                    many(jets, first + k, k);
+                else
+                    one(first + k);
+            }
+        }
+    }
+
+private:
+    static constexpr std::size_t kMost = detail::kLanes, kFewest = kMost / 2;
+
+    const PatchKernel& kernel_;
+    bool has_many_;
+};
+
+}  // namespace
+
 template <class T, int Order>
 void Evaluator::evaluate_many(std::span<const Vec3<T>> points,
                               std::span<const PatchPoint> where, Chart chart,
@@ -210,43 +270,52 @@ void Evaluator::evaluate_many(std::span<const Vec3<T>> points,
     if (where.empty())
         return;
     const PatchRef patch = table_->patch(where[0].patch);
-    const PatchKernel& kernel = classes_[patch.patch_class].kernel;
-    constexpr std::size_t kMost = detail::kLanes, kFewest = kMost / 2;
-    double net[3 * detail::kMostManyPoints];
-    double* next = net;
-    const bool has_many = kernel.has_many() && where.size() >= kFewest;
-    for (std::size_t i = 0; has_many && i < patch.points.size(); ++i) {
-        const Vec3<double> p(points[patch.points[i]]);
-        next = std::copy_n(&p.x, 3, next);
-    }
-    for (std::size_t first = 0; first < where.size(); first += kMost) {
-        const std::size_t n = std::min(kMost, where.size() - first);
-        const bool many = has_many && n >= kFewest;
-        detail::PointPlaces at{};
-        detail::PointJets jets;
-        for (std::size_t i = 0; many && i < n; ++i) {
-            const PatchPoint& p = where[first + i];
-            assert(p.patch == where[0].patch);
-            const detail::ChartTurn turn = turn_of(p, chart);
-            at.sector[i] = static_cast<int>(p.sector);
-            at.a[i] = p.a;
-            at.b[i] = p.b;
-            at.cos[i] = turn.cos;
-            at.sin[i] = turn.sin;
-        }
-        if (many)
-            kernel.sum_many({net, next}, at, chart, Order, jets);
-        for (std::size_t i = 0; i < n; ++i) {
-            const PatchPoint& p = where[first + i];
-            if (!many || !kernel.takes({0, p.a, p.b})) {
-                out[first + i] = evaluate<T, Order>(points, p, chart);
-                continue;
-            }
-            fill<Order>(out[first + i], [&](int r) {
-                const auto& v = jets.value[r];
-                return Vec3<T>(Vec3<double>(v[0][i], v[1][i], v[2][i]));
+    Batches(classes_[patch.patch_class].kernel, where.size())
+        .run(
+            patch.points.size(), 3, where, Order, chart,
+            [&](std::size_t i, int c) { return points[patch.points[i]][c]; },
+            [&](const detail::PointJets& jets, std::size_t i, std::size_t k) {
+                fill<Order>(out[i], [&](int r) {
+                    const auto& v = jets.value[r];
+                    return Vec3<T>(Vec3<double>(v[0][k], v[1][k], v[2][k]));
+                });
+            },
+            [&](std::size_t i) { out[i] = evaluate<T, Order>(points, where[i], chart); });
+}
+
+template <class T>
+void Evaluator::evaluate_many_channels(std::span<const T> values, int n_channels,
+                                       std::span<const PatchPoint> where, int order,
+                                       Chart chart,
+                                       std::span<T* const> out) const noexcept {
+    assert(values.size() == std::size_t(table_->n_points()) * n_channels);
+    assert(out.size() == where.size());
+    if (where.empty())
+        return;
+    const PatchRef patch = table_->patch(where[0].patch);
+    const ClassEvaluator& c = classes_[patch.patch_class];
+    const Batches batches(c.kernel, where.size());
+    const int n_results = n_derivatives(order);
+    for (int first = 0; first < n_channels; first += detail::kManyChannels) {
+        const int n = std::min(detail::kManyChannels, n_channels - first);
+        batches.run(
+            patch.points.size(), n, where, order, chart,
+            [&](std::size_t i, int k) {
+                return values[std::size_t(patch.points[i]) * n_channels + first + k];
+            },
+            [&](const detail::PointJets& jets, std::size_t i, std::size_t lane) {
+                for (int r = 0; r < n_results; ++r) {
+                    for (int k = 0; k < n; ++k)
+                        out[i][r * n_channels + first + k] =
+                            static_cast<T>(jets.value[r][k][lane]);
+                }
+            },
+            [&](std::size_t i) {
+                if (first == 0)  // all channels
+                    evaluate_channels<T>(
+                        values, n_channels, where[i], order, chart,
+                        {out[i], std::size_t(n_results) * std::size_t(n_channels)});
             });
-        }
     }
 }
 
@@ -289,7 +358,10 @@ void Evaluator::weights(const PatchPoint& where, int order, Chart chart,
         std::span<SurfaceJet<T>>) const noexcept;                             \
     template void Evaluator::evaluate_channels<T>(                            \
         std::span<const T>, int, const PatchPoint&, int, Chart, std::span<T>) \
-        const noexcept;
+        const noexcept;                                                       \
+    template void Evaluator::evaluate_many_channels<T>(                       \
+        std::span<const T>, int, std::span<const PatchPoint>, int, Chart,     \
+        std::span<T* const>) const noexcept;
 OSDX_INSTANTIATE(float)
 OSDX_INSTANTIATE(double)
 #undef OSDX_INSTANTIATE

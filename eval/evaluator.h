@@ -71,6 +71,14 @@ public:
                            const PatchPoint& where, int order, Chart chart,
                            std::span<T> out) const noexcept;
 
+    /// The same at several places of one patch, as evaluate_many() does.
+    /// \param out  where those of each place go
+    /// \pre all of `where` name the same patch; out.size() == where.size()
+    template <class T>
+    void evaluate_many_channels(std::span<const T> values, int n_channels,
+                                std::span<const PatchPoint> where, int order, Chart chart,
+                                std::span<T* const> out) const noexcept;
+
     /// The weights of the control points of the patch and their derivatives: derivative r
     /// of point i is out[r * n + i], n the number of control points.
     /// \param order  0, 1 or 2

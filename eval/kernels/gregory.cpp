@@ -48,26 +48,27 @@ void gregory(const KernelTables&, const DomainPoint& p, PointFrame, ChartTurn tu
 
 /// At some places at once.
 template <int kOrder>
-void gregory_points(const KernelTables&, const double* net, const PointPlaces& at, Chart,
-                    PointJets& out) {
+void gregory_points(const KernelTables&, const double* net, int n_channels,
+                    const PointPlaces& at, Chart, PointJets& out) {
     using J = LaneJet<P8, kOrder>;
     constexpr int kCorners = 4, kPoints = GregoryBasis::kPerCorner;
     const P8 a = P8::load(at.a), b = P8::load(at.b), one = P8::of(1);
     const P8 along[kCorners + 1] = {a, b, one - a, one - b, a};
-    J sums[3][kCorners];
+    J sums[kManyChannels][kCorners];
     for (int i = 0; i < kCorners; ++i) {
         const GregoryCorner<P8, kOrder> corner(along[i], along[i + 1]);
-        for (int c = 0; c < 3; ++c) {
-            sums[c][i] = J::zero();
+        for (int c = 0; c < n_channels; ++c) {
+            J sum = J::zero();
             for (int k = 0; k < kPoints; ++k) {
-                const P8 p = P8::of(net[3 * (i * kPoints + k) + c]);
+                const P8 p = P8::of(net[n_channels * (i * kPoints + k) + c]);
                 for (int r = 0; r < J::kSize; ++r)
-                    sums[c][i].c[r] = mul_add(corner.weights[k].c[r], p, sums[c][i].c[r]);
+                    sum.c[r] = mul_add(corner.weights[k].c[r], p, sum.c[r]);
             }
+            sums[c][i] = sum;
         }
     }
     const P8 cos = P8::load(at.cos), sin = P8::load(at.sin);
-    for (int c = 0; c < 3; ++c) {
+    for (int c = 0; c < n_channels; ++c) {
         const J jet = turned(cos, sin, derivatives(sum_of_corners<P8, kOrder>(sums[c])));
         for (int r = 0; r < jet.kSize; ++r)
             jet.c[r].store(out.value[r][c]);
@@ -78,6 +79,7 @@ void set_gregory(PointKernels& kernels) {
     kernels.float_sum = {&gregory<0, float>, &gregory<1, float>, &gregory<2, float>};
     kernels.double_sum = {&gregory<0, double>, &gregory<1, double>, &gregory<2, double>};
     kernels.many = {&gregory_points<0>, &gregory_points<1>, &gregory_points<2>};
+    kernels.many_of_any = kernels.many;
 }
 
 }  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE

@@ -24,6 +24,7 @@ PatchKernel::PatchKernel(const PatchBasis& basis)
         if (c.border == PatchBorder::None) {
             set_ribbon_weights_kernels(tables_, kernels_);
             set_ribbon_many_kernels(tables_, kernels_);
+            set_ribbon_channels_kernels(tables_, kernels_);
             return;
         }
         border_.emplace(*ribbons);

@@ -55,12 +55,14 @@ public:
     bool takes(const DomainPoint& p) const noexcept {
         return is_square_ || !RibbonBasis::is_at_corner(p);
     }
-    /// The same as sum() at such places, of three channels; elsewhere there may be anything.
-    /// \param net  x, y, z of the control points
-    /// \pre has_many()
-    void sum_many(std::span<const double> net, const detail::PointPlaces& at, Chart chart,
-                  int order, detail::PointJets& out) const noexcept {
-        kernels_.many[order](tables_, net.data(), at, chart, out);
+    /// The same as sum() at such places; elsewhere there may be anything.
+    /// \param net  n_channels values of each control point
+    /// \pre has_many(); n_channels <= kManyChannels
+    void sum_many(std::span<const double> net, int n_channels,
+                  const detail::PointPlaces& at, Chart chart, int order,
+                  detail::PointJets& out) const noexcept {
+        const auto& kernels = n_channels == 3 ? kernels_.many : kernels_.many_of_any;
+        kernels[order](tables_, net.data(), n_channels, at, chart, out);
     }
 
 private:

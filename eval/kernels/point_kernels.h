@@ -51,9 +51,12 @@ struct PointPlaces {
     int sector[kLanes];
     double a[kLanes], b[kLanes], cos[kLanes], sin[kLanes];
 };
+/// Channels that are summed at some places at once.
+inline constexpr int kManyChannels = 8;
+
 /// value[r][c][i]: derivative r of channel c at place i.
 struct PointJets {
-    double value[6][3][kLanes];
+    double value[6][kManyChannels][kLanes];
 };
 
 /// What the kernels of a class of patches read.
@@ -75,8 +78,9 @@ struct PointKernels {
                          PointFrame frame, ChartTurn turn, const PointSum<T>& sum,
                          PointJet& out);
     /// The same at some places at once.
-    /// \param net  x, y, z of the control points
-    using Many = void (*)(const KernelTables& tables, const double* net,
+    /// \param net  n_channels values of each control point
+    /// \pre n_channels <= kManyChannels
+    using Many = void (*)(const KernelTables& tables, const double* net, int n_channels,
                           const PointPlaces& at, Chart chart, PointJets& out);
     /// The weights: derivative r of point i in out[r n_points + i].
     using Weights = void (*)(const KernelTables& tables, const DomainPoint& p,
@@ -84,7 +88,8 @@ struct PointKernels {
 
     std::array<Sum<float>, 3> float_sum{};
     std::array<Sum<double>, 3> double_sum{};
-    std::array<Many, 3> many{};
+    std::array<Many, 3> many{};         ///< of three channels
+    std::array<Many, 3> many_of_any{};  ///< of any number; null where `many` is
     std::array<Weights, 3> weights{};
 
     template <class T>
@@ -105,5 +110,6 @@ void set_ribbon_sums_double_kernels(PointKernels& kernels);
 void set_ribbon_weights_kernels(const KernelTables& tables, PointKernels& kernels);
 /// Rings at some places at once.
 void set_ribbon_many_kernels(const KernelTables& tables, PointKernels& kernels);
+void set_ribbon_channels_kernels(const KernelTables& tables, PointKernels& kernels);
 
 }  // namespace osdx::inline OSDX_ABI::detail

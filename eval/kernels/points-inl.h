@@ -20,6 +20,7 @@ namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
 using detail::ChartTurn;
 using detail::KernelTables;
 using detail::kLanes;
+using detail::kManyChannels;
 using detail::PointFrame;
 using detail::PointJet;
 using detail::PointJets;

@@ -96,22 +96,22 @@ HWY_INLINE void uniform_bases(const TaylorRows& taylor, int degree, P8 u,
 }
 
 template <int kDegree, int kOrder>
-void regular_points(const KernelTables& tables, const double* net, const PointPlaces& at,
-                    Chart, PointJets& out) {
+void regular_points(const KernelTables& tables, const double* net, int n_channels,
+                    const PointPlaces& at, Chart, PointJets& out) {
     const TaylorRows& taylor = *tables.taylor;
     const int degree = tables.degree, d = kDegree > 0 ? kDegree : degree;
     P8 along_s[kOrder + 1][kMaxDegree + 1], along_t[kOrder + 1][kMaxDegree + 1];
     uniform_bases<kDegree, kOrder>(taylor, degree, P8::load(at.a), along_s);
     uniform_bases<kDegree, kOrder>(taylor, degree, P8::load(at.b), along_t);
     const P8 cos = P8::load(at.cos), sin = P8::load(at.sin);
-    for (int c = 0; c < 3; ++c, ++net) {
+    for (int c = 0; c < n_channels; ++c, ++net) {
         auto jet = LaneJet<P8, kOrder>::zero();
         const double* p = net;
         for (int k = 0; k <= d; ++k) {
             P8 row[kOrder + 1];
             for (int r = 0; r <= kOrder; ++r)
                 row[r] = P8::zero();
-            for (int j = 0; j <= d; ++j, p += 3) {
+            for (int j = 0; j <= d; ++j, p += n_channels) {
                 for (int r = 0; r <= kOrder; ++r)
                     row[r] = mul_add(along_s[r][j], P8::of(*p), row[r]);
             }
@@ -134,6 +134,7 @@ void set_regular_of(PointKernels& kernels) {
                           &regular<kDegree, 2, double>};
     kernels.many = {&regular_points<kDegree, 0>, &regular_points<kDegree, 1>,
                     &regular_points<kDegree, 2>};
+    kernels.many_of_any = kernels.many;
 }
 
 void set_regular(const KernelTables& tables, PointKernels& kernels) {

@@ -10,6 +10,7 @@
 #endif
 
 #include "eval/kernels/point_kernels.h"
+#include "eval/kernels/points-inl.h"
 #include "eval/kernels/ribbon_one-inl.h"
 
 // The weights of the control points of rings at several points of the domain, one a lane: the
@@ -17,8 +18,6 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
-
-using detail::PointPlaces;
 
 /// Where the places are: (x, y), and the distances to all sides.
 struct RingPlaces {
@@ -148,6 +147,39 @@ HWY_INLINE void ring_point_weights(const RingTables& t, const RingPlaces& places
     }
     if constexpr (kEV)
         take(0, vertex);
+}
+
+/// The sums over all control points at some places at once.
+/// \tparam kChannels  0 for any number
+template <int kDegree, bool kEV, int kOrder, int kChannels>
+void ring_points(const KernelTables& tables, const double* net, int n_channels,
+                 const PointPlaces& at, Chart chart, PointJets& out) {
+    const RingTables& t = *tables.ring;
+    using J = LaneJet<P8, kOrder>;
+    const RingPlaces places(t, at);
+    constexpr int kMost = kChannels > 0 ? kChannels : kManyChannels;
+    const int n = kChannels > 0 ? kChannels : n_channels;
+    J one = J::zero(), sums[kMost];
+    for (int c = 0; c < n; ++c)
+        sums[c] = one;
+    ring_point_weights<kDegree, kEV, kOrder>(t, places, [&](int point, J w) OSDX_LAMBDA {
+        const double* p = net + n * point;
+        one = one + w;
+        for (int c = 0; c < n; ++c) {
+            const P8 x = P8::of(p[c]);
+            for (int r = 0; r < J::kSize; ++r)
+                sums[c].c[r] = mul_add(w.c[r], x, sums[c].c[r]);
+        }
+    });
+    const P8 of_one = inverse(one.c[0]), cos = P8::load(at.cos), sin = P8::load(at.sin);
+    for (int c = 0; c < n; ++c) {
+        J jet = derivatives(quotient(sums[c], one, of_one));
+        if (chart == Chart::BaseUV)
+            jet = places.in_sector(t, jet);
+        jet = turned(cos, sin, jet);
+        for (int r = 0; r < jet.kSize; ++r)
+            jet.c[r].store(out.value[r][c]);
+    }
 }
 
 }  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE

@@ -1,8 +1,6 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
-#include <algorithm>
-
 #include "eval/kernels/point_kernels.h"
 #include "eval/kernels/targets.h"
 
@@ -17,38 +15,10 @@
 HWY_BEFORE_NAMESPACE();
 namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
 
-/// At some places at once.
-template <int kDegree, bool kEV, int kOrder>
-void ring_points(const KernelTables& tables, const double* net, const PointPlaces& at,
-                 Chart chart, PointJets& out) {
-    const RingTables& t = *tables.ring;
-    using J = LaneJet<P8, kOrder>;
-    const RingPlaces places(t, at);
-    J one = J::zero(), sums[3] = {one, one, one};
-    ring_point_weights<kDegree, kEV, kOrder>(t, places, [&](int point, J w) OSDX_LAMBDA {
-        const double* p = net + 3 * point;
-        one = one + w;
-        for (int c = 0; c < 3; ++c) {
-            const P8 x = P8::of(p[c]);
-            for (int r = 0; r < J::kSize; ++r)
-                sums[c].c[r] = mul_add(w.c[r], x, sums[c].c[r]);
-        }
-    });
-    const P8 of_one = inverse(one.c[0]), cos = P8::load(at.cos), sin = P8::load(at.sin);
-    for (int c = 0; c < 3; ++c) {
-        J jet = derivatives(quotient(sums[c], one, of_one));
-        if (chart == Chart::BaseUV)
-            jet = places.in_sector(t, jet);
-        jet = turned(cos, sin, jet);
-        for (int r = 0; r < jet.kSize; ++r)
-            jet.c[r].store(out.value[r][c]);
-    }
-}
-
 template <int kDegree, bool kEV>
 void set_ring_points(PointKernels& kernels) {
-    kernels.many = {&ring_points<kDegree, kEV, 0>, &ring_points<kDegree, kEV, 1>,
-                    &ring_points<kDegree, kEV, 2>};
+    kernels.many = {&ring_points<kDegree, kEV, 0, 3>, &ring_points<kDegree, kEV, 1, 3>,
+                    &ring_points<kDegree, kEV, 2, 3>};
 }
 
 void set_ribbon_many(const KernelTables& tables, PointKernels& kernels) {

@@ -15,6 +15,12 @@ int tiles_per_row(Index n) noexcept {
     return n == 3 ? 2 : n <= 9 ? 3 : 1 + static_cast<int>(std::sqrt(double(n - 1)));
 }
 
+/// The nearer one: an address that rounding left just below a tile belongs to it. Of any number.
+int tile_of(double x, int n_tiles) noexcept {
+    const double tile = std::ceil(x - 0.75);
+    return tile > 0 ? static_cast<int>(std::min(tile, n_tiles - 1.0)) : 0;
+}
+
 }  // namespace
 
 QuarterPoint to_quarter(const Topology& base, const Address& address) noexcept {
@@ -28,9 +34,7 @@ QuarterPoint to_quarter(const Topology& base, const Address& address) noexcept {
         return {first + corner, q.x, q.y};
     }
     const int row = tiles_per_row(n);
-    // The nearer tile: an address that rounding left just below a tile belongs to it.
-    const int i = std::clamp(static_cast<int>(std::ceil(address.u - 0.75)), 0, row - 1);
-    const int j = std::clamp(static_cast<int>(std::ceil(address.v - 0.75)), 0, row - 1);
+    const int i = tile_of(address.u, row), j = tile_of(address.v, row);
     const int corner = std::min(j * row + i, static_cast<int>(n) - 1);
     const Vec2<double> tile(corner % row, corner / row);
     return {first + corner, 2.0 * std::clamp(address.u - tile.x, 0.0, 0.5),

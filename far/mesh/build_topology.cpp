@@ -558,20 +558,21 @@ private:
     std::atomic<std::size_t> n_linked_ = 0;  // halfedges in fans that are linked
 };
 
-/// \param check_more  gives the Status of what a view does not have
-template <class Check>
-Result<Topology> build(const MeshView& mesh, Check&& check_more) {
+/// \param data  that the view is of, to check what a view does not have; or null
+Result<Topology> build(const MeshView& mesh, const MeshData* data) {
     if (const Status s = check_sizes(mesh); !s)
         return s.error();
     Topology t;
     Linker linker(mesh, t);
-    std::optional<Status> more, faces;
+    std::optional<Status> positions, faces;
     detail::in_parallel([&] { faces = linker.copy_faces(); },
-                        [&] { more = check_more(); });
-    for (const auto* s : {&more, &faces}) {
+                        [&] { positions = data ? check_positions(*data) : ok(); });
+    for (const auto* s : {&positions, &faces}) {
         if (!**s)
             return (*s)->error();
     }
+    if (const Status s = data ? check_uvs(*data) : ok(); !s)
+        return s.error();
     if (const Status s = linker.link(); !s)
         return s.error();
     return t;
@@ -580,16 +581,11 @@ Result<Topology> build(const MeshView& mesh, Check&& check_more) {
 }  // namespace
 
 Result<Topology> build_topology(const MeshView& mesh) {
-    return build(mesh, ok);
+    return build(mesh, nullptr);
 }
 
 Result<Topology> build_topology(const MeshData& data) {
-    Result<Topology> t = build(data.view(), [&] { return check_positions(data); });
-    if (!t)
-        return t;
-    if (const Status s = check_uvs(data); !s)
-        return s.error();
-    return t;
+    return build(data.view(), &data);
 }
 
 MeshData to_mesh_data(const Topology& topology, std::vector<Vec3<double>> positions) {

@@ -295,7 +295,7 @@ void check_many(const PatchBasis& basis, const Net<double>& net) {
         }
         for (const Chart chart : {Chart::BaseUV, Chart::Native}) {
             detail::PointJets jets;
-            kernel.sum_many(values, at, chart, Order, jets);
+            kernel.sum_many(values, 3, at, chart, Order, jets);
             for (int i = 0; i < kLanes; ++i)
                 expect_as_by_weights<Order>(
                     basis, point(i), chart, net,
@@ -355,7 +355,7 @@ TEST(PointKernelsOfMany, TurnDerivativesOfEachPlace) {
             }
             for (const Chart chart : {Chart::BaseUV, Chart::Native}) {
                 detail::PointJets jets;
-                kernel.sum_many(values, at, chart, 2, jets);
+                kernel.sum_many(values, 3, at, chart, 2, jets);
                 for (int i = 0; i < detail::kLanes; ++i) {
                     const DomainPoint p{at.sector[i], at.a[i], at.b[i]};
                     detail::PointJet jet;
