@@ -38,11 +38,6 @@ struct Counts {
     }
 };
 
-bool has_point(const PatchTable& table, const Address& at) {
-    return at.face < table.base().n_faces() && table.has_surface(at.face) &&
-           !std::isnan(at.u) && !std::isnan(at.v);
-}
-
 /// Whether to_quarter() moved the point, by more than rounding does.
 bool was_clamped(const PatchTable& table, const Address& at, const QuarterPoint& q) {
     constexpr double kRounding = 1e-12;
@@ -112,7 +107,7 @@ public:
                 prefetch(&where[which[k + kAhead]]);
             const std::size_t i = which[k];
             const Address& at = where[i];
-            if (!has_point(table, at)) {
+            if (!table.has_point(at)) {
                 without_.push_back(i);
                 first_without = std::min(first_without, i);
                 continue;
@@ -331,7 +326,7 @@ WeightRows weights_at(const Evaluator& evaluator, std::span<const Address> where
     if (of == WeightsOf::BaseVertices) {
         Flags wanted(table.n_points());
         detail::for_each_index(where.size(), [&](Index i) {
-            if (!has_point(table, where[i]))
+            if (!table.has_point(where[i]))
                 return;
             for (const Index p : table.patch(table.locate(where[i]).patch).points)
                 detail::set_flag(wanted[p]);
@@ -362,7 +357,7 @@ WeightRows weights_at(const Evaluator& evaluator, std::span<const Address> where
             for (std::size_t i = begin; i < end; ++i) {
                 const Address& at = where[i];
                 std::size_t* const sizes = &rows.offsets[i * n_rows + 1];
-                if (!has_point(table, at)) {
+                if (!table.has_point(at)) {
                     std::fill_n(sizes, n_rows, 0);
                     ++n_without;
                     first_without = std::min(first_without, i);

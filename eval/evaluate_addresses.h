@@ -15,15 +15,6 @@
 
 namespace osdx::inline OSDX_ABI {
 
-/// What addresses were, of which a surface has no point or another one.
-struct AddressReport {
-    std::size_t n_clamped =
-        0;  ///< outside of their face: moved to the nearest point there
-    /// Of a face that is not there or has no surface, or with NaN: they have no results.
-    std::size_t n_without_point = 0;
-    std::size_t first_without_point = SIZE_MAX;
-};
-
 /// Evaluates the surface at many addresses in any order: sorted by patches inside, so that each
 /// patch is read once and several places are evaluated at a time.
 ///

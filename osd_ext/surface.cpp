@@ -1,8 +1,11 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
+#include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -12,6 +15,7 @@
 
 #include <osdx/build_patch_table.h>
 #include <osdx/build_topology.h>
+#include <osdx/evaluate_addresses.h>
 #include <osdx/evaluator.h>
 #include <osdx/features.h>
 #include <osdx/patch_table.h>
@@ -175,6 +179,10 @@ std::span<const Index> Surface::unused_vertices() const noexcept {
 }
 
 SurfaceJet<double> Surface::evaluate(const Address& where, Chart chart) const noexcept {
+    if (!patches().has_point(where)) {
+        constexpr Vec3<double> kNone(std::numeric_limits<double>::quiet_NaN());
+        return {kNone, kNone, kNone, kNone, kNone, kNone};
+    }
     return evaluator().evaluate<double>(points(), where, chart);
 }
 
@@ -201,6 +209,21 @@ Result<Change> Surface::move_vertices(std::span<const Index> vertices,
                     fmt::format("{} positions were given for {} vertices",
                                 positions.size(), vertices.size()));
     }
+    Result<Change> change = dependents(vertices);
+    if (!change)
+        return change;
+    if (const Status s = check_positions(channels(positions.data()), positions.size(),
+                                         [&](Index i) { return vertices[i]; });
+        !s)
+        return s.error();
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+        impl_->points[vertices[i]] = positions[i];
+    patches().refresh_channels(
+        3, std::span(&impl_->points.data()->x, 3 * impl_->points.size()), change->points);
+    return change;
+}
+
+Result<Change> Surface::dependents(std::span<const Index> vertices) {
     for (const Index v : vertices) {
         if (v >= base().n_vertices()) {
             return fail(ErrorCode::IndexOutOfRange,
@@ -209,18 +232,75 @@ Result<Change> Surface::move_vertices(std::span<const Index> vertices,
                         v);
         }
     }
-    if (const Status s = check_positions(channels(positions.data()), positions.size(),
-                                         [&](Index i) { return vertices[i]; });
-        !s)
-        return s.error();
     if (!impl_->dependents)
         impl_->dependents.emplace(patches());
-    for (std::size_t i = 0; i < vertices.size(); ++i)
-        impl_->points[vertices[i]] = positions[i];
-    Change change = impl_->dependents->of(vertices);
-    patches().refresh_channels(
-        3, std::span(&impl_->points.data()->x, 3 * impl_->points.size()), change.points);
-    return change;
+    return impl_->dependents->of(vertices);
+}
+
+namespace {
+
+template <class T>
+void refresh_all(const PatchTable& table, Channels<const T> vertices,
+                 std::span<T> values) {
+    const auto n = static_cast<std::size_t>(vertices.n);
+    assert(values.size() == table.n_points() * n);
+    detail::for_each_index(table.n_base_points(),
+                           [&](Index v) { std::copy_n(vertices[v], n, &values[v * n]); });
+    table.refresh_channels(vertices.n, values);
+}
+
+template <class T>
+void refresh_some(const PatchTable& table, Channels<const T> vertices,
+                  const Change& change, std::span<const Index> moved,
+                  std::span<T> values) {
+    const auto n = static_cast<std::size_t>(vertices.n);
+    assert(values.size() == table.n_points() * n);
+    for (const Index v : moved)
+        std::copy_n(vertices[v], n, &values[v * n]);
+    table.refresh_channels<T>(vertices.n, values, change.points);
+}
+
+}  // namespace
+
+Buffer<float> Surface::values(Channels<const float> vertices) const {
+    Buffer<float> values(points().size() * static_cast<std::size_t>(vertices.n));
+    refresh(vertices, values);
+    return values;
+}
+Buffer<double> Surface::values(Channels<const double> vertices) const {
+    Buffer<double> values(points().size() * static_cast<std::size_t>(vertices.n));
+    refresh(vertices, values);
+    return values;
+}
+void Surface::refresh(Channels<const float> vertices, std::span<float> values) const {
+    refresh_all(patches(), vertices, values);
+}
+void Surface::refresh(Channels<const double> vertices, std::span<double> values) const {
+    refresh_all(patches(), vertices, values);
+}
+void Surface::refresh(Channels<const float> vertices, const Change& change,
+                      std::span<const Index> moved, std::span<float> values) const {
+    refresh_some(patches(), vertices, change, moved, values);
+}
+void Surface::refresh(Channels<const double> vertices, const Change& change,
+                      std::span<const Index> moved, std::span<double> values) const {
+    refresh_some(patches(), vertices, change, moved, values);
+}
+
+AddressReport Surface::evaluate(std::span<const Address> where, int order,
+                                Channels<double> out, Chart chart) const {
+    return evaluate({&impl_->points.data()->x, 3 * impl_->points.size()}, 3, where, order,
+                    out, chart);
+}
+AddressReport Surface::evaluate(std::span<const float> values, int n_channels,
+                                std::span<const Address> where, int order,
+                                Channels<float> out, Chart chart) const {
+    return evaluate_addresses(evaluator(), values, n_channels, where, order, chart, out);
+}
+AddressReport Surface::evaluate(std::span<const double> values, int n_channels,
+                                std::span<const Address> where, int order,
+                                Channels<double> out, Chart chart) const {
+    return evaluate_addresses(evaluator(), values, n_channels, where, order, chart, out);
 }
 
 void Surface::add_base_weights(const Address& where, int r, double scale,

@@ -7,6 +7,7 @@
 #include <span>
 
 #include <osdx/address.h>
+#include <osdx/buffer.h>
 #include <osdx/channels.h>
 #include <osdx/dependents.h>
 #include <osdx/features.h>
@@ -78,14 +79,48 @@ public:
     Result<Change> move_vertices(std::span<const Index> vertices,
                                  std::span<const Vec3<double>> positions);
 
-    /// Position and derivatives at a point of a base face.
-    /// \pre where.face < base().n_faces()
+    /// What depends on some vertices. For values of one's own, of which refresh() forms those at
+    /// Change::points anew. The first call makes the tables for it, as move_vertices() does.
+    /// \return IndexOutOfRange
+    Result<Change> dependents(std::span<const Index> vertices);
+
+    /// Values of any number of channels at points(), one point after the other, from those at
+    /// the base vertices: colours, weights, velocities, positions of another time.
+    Buffer<float> values(Channels<const float> vertices) const;
+    Buffer<double> values(Channels<const double> vertices) const;
+    /// The same into an array that is there already.
+    /// \pre values.size() == points().size() vertices.n
+    void refresh(Channels<const float> vertices, std::span<float> values) const;
+    void refresh(Channels<const double> vertices, std::span<double> values) const;
+    /// The same for some of the points, those of a Change.
+    void refresh(Channels<const float> vertices, const Change& change,
+                 std::span<const Index> moved, std::span<float> values) const;
+    void refresh(Channels<const double> vertices, const Change& change,
+                 std::span<const Index> moved, std::span<double> values) const;
+
+    /// Position and derivatives at a point of a base face: clamped to it; NaN where there is
+    /// none, of a face without surface, one that is not there, or at NaN.
     SurfaceJet<double> evaluate(const Address& where,
                                 Chart chart = Chart::BaseUV) const noexcept;
 
+    /// The same at many addresses in any order, by evaluate_addresses(): derivative r of
+    /// coordinate c at address i goes to out[i][3 r + c].
+    /// \param order  of the derivatives: 0, 1 or 2
+    /// \pre out.n == 3 n_derivatives(order)
+    AddressReport evaluate(std::span<const Address> where, int order,
+                           Channels<double> out, Chart chart = Chart::BaseUV) const;
+    /// The same of what values() has made: to out[i][n_channels r + c].
+    /// \pre out.n == n_channels n_derivatives(order)
+    AddressReport evaluate(std::span<const float> values, int n_channels,
+                           std::span<const Address> where, int order, Channels<float> out,
+                           Chart chart = Chart::BaseUV) const;
+    AddressReport evaluate(std::span<const double> values, int n_channels,
+                           std::span<const Address> where, int order,
+                           Channels<double> out, Chart chart = Chart::BaseUV) const;
+
     /// Adds `scale` times the weights of the base vertices for derivative r of the surface
     /// (0: position, then du, dv, duu, duv, dvv) to `weights`: what the surface at this
-    /// point does when a vertex moves. Allocates.
+    /// point does when a vertex moves. Allocates. Of many points: weights_at().
     /// \pre weights.size() == base().n_vertices()
     void add_base_weights(const Address& where, int r, double scale,
                           std::span<double> weights) const;

@@ -3,6 +3,9 @@
 
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+
 #include <osdx/types.h>
 
 namespace osdx::inline OSDX_ABI {
@@ -20,6 +23,15 @@ struct Topology;
 struct Address {
     Index face = 0;
     double u = 0, v = 0;
+};
+
+/// What many addresses were, of which a surface has no point or another one.
+struct AddressReport {
+    std::size_t n_clamped =
+        0;  ///< outside of their face: moved to the nearest point there
+    /// Of a face that is not there or has no surface, or with NaN: they have no results.
+    std::size_t n_without_point = 0;
+    std::size_t first_without_point = SIZE_MAX;
 };
 
 /// A quarter of a base face, at one of its corners: corner at (0,0), middle of the edge that

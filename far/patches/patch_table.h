@@ -89,6 +89,11 @@ public:
     /// kInfinitelySharp, faces without surface are holes.
     const ResolvedFeatures& features() const noexcept { return features_; }
     bool has_surface(Index face) const noexcept { return !features_.is_hole(face); }
+    /// Whether there is a point of the surface: what locate() asks for.
+    bool has_point(const Address& at) const noexcept {
+        return at.face < base_.n_faces() && has_surface(at.face) && at.u == at.u &&
+               at.v == at.v;
+    }
     std::span<const PatchClass> classes() const noexcept { return classes_; }
     PatchRef patch(Index i) const noexcept {
         // Control points follow one another in the order of the patches.
@@ -132,7 +137,7 @@ public:
     }
 
     /// The patch under a point; addresses out of range are clamped (see to_quarter).
-    /// \pre address.face < base().n_faces()
+    /// \pre has_point(address)
     PatchPoint locate(const Address& address) const noexcept;
     /// Where several cells meet, \p towards points into the one that is meant.
     PatchPoint locate(const QuarterPoint& point,
