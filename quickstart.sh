@@ -2,21 +2,21 @@
 # Copyright 2026 The osdx authors.
 # SPDX-License-Identifier: Apache-2.0
 #
-# From a fresh clone to pictures: installs what is missing, builds, and runs the demo.
-# Arguments go to `osdx demo`.
+# From a fresh clone to pictures: installs what is missing, having said what and how much, builds,
+# and runs the demo. Arguments go to `osdx demo`.
 
 set -euo pipefail
 
 root=$(cd "$(dirname "$0")" && pwd)
 
-echo "1/3 Packages: installing those that are missing"
+echo "1/3 Packages: what is missing is installed"
 "$root/scripts/install_packages.sh" build
 
 echo "2/3 Build: the program osdx in build/release"
 (
     cd "$root"
     cmake --preset release
-    cmake --build --preset release --target osdx
+    NINJA_STATUS="[%f of %t, %e s] " cmake --build --preset release --target osdx_program
 )
 
 echo "3/3 Demo"

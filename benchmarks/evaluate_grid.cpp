@@ -41,7 +41,8 @@ void check_peers(Suite& suite, const BenchMesh& mesh, const Grid& ours,
                  std::span<const Index> exact, bool turned) {
     // 64 terms or so, each rounded in float; the weights of derivatives are larger.
     constexpr double kRounding = 1e-5;
-    // Patches that are not regular follow the limit in their own way; see README.md.
+    // Patches that are not regular follow the limit in their own way; see
+    // docs/benchmarks.md.
     constexpr double kApart = 0.03;
     const double size = diagonal(mesh.data);
     std::vector<bool> is_exact(mesh.n_faces());

@@ -2,7 +2,8 @@
 # Copyright 2026 The osdx authors.
 # SPDX-License-Identifier: Apache-2.0
 #
-# Installs what is missing of the packages that osdx needs; names are those of Debian 12.
+# Installs what is missing of the packages that osdx needs, and says before which ones and how much
+# that is; names are those of Debian 12.
 # Where it cannot install, it says what is needed and leaves the verdict to CMake.
 #
 # Usage: scripts/install_packages.sh [build | format | clang | benchmarks | peers]...
@@ -77,18 +78,47 @@ if [[ ${#missing[@]} == 0 ]]; then
     exit
 fi
 
-as_root=(env DEBIAN_FRONTEND=noninteractive)
+as_root=(env DEBIAN_FRONTEND=noninteractive LC_ALL=C)
 if [[ $(id -u) != 0 ]]; then
     as_root=(sudo "${as_root[@]}")
 fi
+apt_install=("${as_root[@]}" apt-get -q -o DPkg::Lock::Timeout=60 -o Dpkg::Use-Pty=0
+    install --no-install-recommends)
+
+# What apt-get would do, by its own figures.
+forecast() {
+    "${apt_install[@]}" --print-uris "${missing[@]}" </dev/null 2>/dev/null |
+        grep -E '^([0-9]+ upgraded|Need to get|After this operation)' || true
+}
+
+# Reads apt-get's report and says after every 20 packages how far it is.
+progress() {
+    local line downloaded=0 unpacked=0 ready=0
+    tell() {
+        if (($2 % 20 == 0)); then
+            echo "  $2 packages $1"
+        fi
+    }
+    while IFS= read -r line; do
+        case $line in
+            Get:*) tell downloaded $((downloaded += 1)) ;;
+            Unpacking\ *) tell unpacked $((unpacked += 1)) ;;
+            Setting\ up\ *) tell "set up" $((ready += 1)) ;;
+        esac
+    done
+    echo "  $ready packages set up"
+}
+
 if command -v "${as_root[0]}" >/dev/null; then
-    echo "Installing ${missing[*]}"
+    echo "Missing: ${missing[*]}"
+    echo "Reading the lists of packages"
     # An update can fail for a source that has nothing to do with these packages.
     "${as_root[@]}" apt-get -qq update </dev/null || true
-    if "${as_root[@]}" apt-get -qq -y -o DPkg::Lock::Timeout=60 -o Dpkg::Use-Pty=0 \
-        install --no-install-recommends "${missing[@]}" </dev/null >/dev/null; then
+    echo "To install, with what they depend on and without what they recommend:"
+    forecast | sed 's/^/  /'
+    if "${apt_install[@]}" -y "${missing[@]}" </dev/null | progress; then
         exit
     fi
 fi
-echo "Not installed. As root: apt-get install ${missing[*]}" >&2
+echo "Not installed. As root: apt-get install --no-install-recommends ${missing[*]}" >&2
 by_hand

@@ -7,7 +7,10 @@
 #include <osdx/mesh_file.h>
 #include <osdx/surface.h>
 
-int main(int, char** argv) {
+int main(int argc, char** argv) {
+    if (argc != 2)
+        return std::puts("usage: sample MESH  (OBJ, OFF or PLY; writes surface.ply)"), 2;
+
     const auto mesh = osdx::read_mesh(argv[1]);
     if (!mesh)
         return std::puts(mesh.error().message.c_str()), 1;
