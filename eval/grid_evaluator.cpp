@@ -601,6 +601,7 @@ void GridEvaluator<T>::for_each_block(
     const std::function<void(const SampleBlock<T>&)>& f) const {
     const Plan& plan = *plan_;
     assert(points.size() == plan.table().n_points());
+    detail::Steps steps(n_units());
     plan.for_each_local(true, [&](const auto& local, std::size_t b) {
         const Index first = plan.first_unit[b];
         SampleBlock<T> block{first,
@@ -613,6 +614,7 @@ void GridEvaluator<T>::for_each_block(
             block.values[r] = values[r].data;
         plan.evaluate_block(points, b, values, local);
         f(block);
+        steps.add(block.n_units);
     });
 }
 

@@ -17,6 +17,8 @@
 #include <tbb/parallel_reduce.h>
 
 #include <osdx/buffer.h>
+#include <osdx/progress.h>
+#include <osdx/result.h>
 #include <osdx/types.h>
 
 /// The one door to threads: loops on all of the caller's. Chunks are of a fixed size, so that
@@ -24,6 +26,96 @@
 ///
 /// For the sources of this project: no public header includes this.
 namespace osdx::inline OSDX_ABI::detail {
+
+/// What the work of this thread tells of itself; null where nobody asks.
+OSDX_API Progress*& current_progress() noexcept;
+
+/// Thrown where work is cancelled, caught by cancellable().
+struct Cancelled {};
+
+/// While it lives, the work of this thread is that of a Progress.
+class ProgressScope {
+public:
+    explicit ProgressScope(Progress* progress) noexcept
+        : before_(std::exchange(current_progress(), progress)) {}
+    ~ProgressScope() { current_progress() = before_; }
+    ProgressScope(const ProgressScope&) = delete;
+    ProgressScope& operator=(const ProgressScope&) = delete;
+
+private:
+    Progress* before_;
+};
+
+/// Of the thread that begins a loop, for those that take part in it.
+class Carried {
+public:
+    Carried() noexcept : progress_(current_progress()) {}
+    /// Throws Cancelled.
+    ProgressScope enter() const {
+        if (progress_ && progress_->is_cancelled())
+            throw Cancelled();
+        return ProgressScope(progress_);
+    }
+
+private:
+    Progress* progress_;
+};
+
+/// Calls f, which returns a Result: what is not done when it is cancelled is left.
+template <class F>
+auto cancellable(Progress* progress, F&& f) -> decltype(f()) {
+    if (!progress)
+        return f();
+    const auto refused = [] {
+        return fail(ErrorCode::Cancelled, "the work was cancelled");
+    };
+    try {
+        progress->set("starting", 0, 0);
+        const ProgressScope scope(progress);
+        auto result = f();
+        if (progress->is_cancelled())
+            return refused();
+        progress->set("done", 1, 1);
+        return result;
+    } catch (const Cancelled&) {
+        return refused();
+    }
+}
+
+/// What comes now, and which part of the whole it is. Throws Cancelled.
+inline void at_stage(const char* stage, double begin, double end) {
+    if (Progress* const progress = current_progress()) {
+        if (progress->is_cancelled())
+            throw Cancelled();
+        progress->set(stage, begin, end);
+    }
+}
+
+/// How much of the stage is done. Throws Cancelled.
+inline void part_done(double done) {
+    if (Progress* const progress = current_progress()) {
+        if (progress->is_cancelled())
+            throw Cancelled();
+        progress->advance(done);
+    }
+}
+
+/// Tells how much of a stage is done as its parts are.
+class Steps {
+public:
+    explicit Steps(std::size_t n) noexcept : n_(n), progress_(current_progress()) {}
+    void add(std::size_t n_done) noexcept {
+        if (progress_) {
+            const auto before = done_.fetch_add(n_done, std::memory_order_relaxed);
+            progress_->advance(double(before + n_done) / double(n_));
+        }
+    }
+
+private:
+    std::size_t n_;
+    Progress* progress_;
+    std::atomic<std::size_t> done_ = 0;
+};
 
 /// Enough for the price of a task, for work of some nanoseconds an element.
 inline constexpr std::size_t kChunk = 2048;
@@ -45,35 +137,57 @@ void for_each_chunk(std::size_t n, std::size_t size, F&& f) {
             run(0);
         return;
     }
-    tbb::parallel_for(std::size_t(0), n_chunks(n, size), run);
+    const Carried carried;
+    tbb::parallel_for(std::size_t(0), n_chunks(n, size), [&](std::size_t chunk) {
+        const auto work = carried.enter();
+        run(chunk);
+    });
 }
 
 /// Calls f(begin, end) for parts of [0, n), cut as threads are free, down to `grain`.
 template <class Number, class F>
 void for_each_range(Number n, std::size_t grain, F&& f) {
-    tbb::parallel_for(tbb::blocked_range<Number>(0, n, grain),
-                      [&](const auto& range) { f(range.begin(), range.end()); });
+    const Carried carried;
+    tbb::parallel_for(tbb::blocked_range<Number>(0, n, grain), [&](const auto& range) {
+        const auto work = carried.enter();
+        f(range.begin(), range.end());
+    });
 }
 
 /// Calls f(i) for i in [0, n), of which each may be a task.
 template <class Number, class F>
 void for_each_task(Number n, F&& f) {
-    tbb::parallel_for(Number(0), n, f);
+    const Carried carried;
+    tbb::parallel_for(Number(0), n, [&](Number i) {
+        const auto work = carried.enter();
+        f(i);
+    });
 }
 
 /// Calls both.
 template <class F, class G>
 void in_parallel(F&& f, G&& g) {
-    tbb::parallel_invoke(f, g);
+    const Carried carried;
+    tbb::parallel_invoke(
+        [&] {
+            const auto work = carried.enter();
+            f();
+        },
+        [&] {
+            const auto work = carried.enter();
+            g();
+        });
 }
 
 /// add(begin, end, sum) for parts of [0, n), merged in an order that does not depend on the
 /// number of threads, by a.merge(b).
 template <class Sum, class Number, class Add>
 Sum sum_over(Number n, std::size_t grain, Add&& add) {
+    const Carried carried;
     return tbb::parallel_deterministic_reduce(
         tbb::blocked_range<Number>(0, n, grain), Sum{},
         [&](const auto& range, Sum sum) {
+            const auto work = carried.enter();
             add(range.begin(), range.end(), sum);
             return sum;
         },

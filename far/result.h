@@ -34,6 +34,7 @@ enum class ErrorCode : std::uint8_t {
     DeviceFailure,      ///< Embree refused the request
     NotBuilt,           ///< the library was built without the part that this needs
     WriteFailed,        ///< a file could not be written
+    Cancelled,          ///< by a Progress
 };
 
 /// Why a function refused its input.

@@ -14,6 +14,7 @@
 #include <osdx/types.h>
 
 #include "far/mesh/topology_edits.h"
+#include "far/parallel.h"
 #include "far/refine/refinement.h"
 #include "far/refine/uniform.h"
 
@@ -111,11 +112,11 @@ SubdividedMesh refine(const MeshData& mesh, Topology base, const Features& featu
     return result;
 }
 
-}  // namespace
-
-Result<SubdividedMesh> subdivide(const MeshData& mesh, const SubdivideOptions& options) {
+Result<SubdividedMesh> subdivide_now(const MeshData& mesh,
+                                     const SubdivideOptions& options) {
     if (const Status s = check(options); !s)
         return s.error();
+    detail::at_stage("linking faces", 0, 0.1);
     Result<Topology> base = build_topology(mesh);
     if (!base)
         return base.error();
@@ -127,6 +128,7 @@ Result<SubdividedMesh> subdivide(const MeshData& mesh, const SubdivideOptions& o
     if (const Status s = check_size(*base, options.levels); !s)
         return s.error();
 
+    detail::at_stage("refining", 0.1, 1);
     std::optional<Texture> texture;
     if (!mesh.face_uvs.empty() && options.degree % 2 == 1) {
         Result<Texture> refined = refine_texture(mesh, *base, *features, options);
@@ -145,6 +147,13 @@ Result<SubdividedMesh> subdivide(const MeshData& mesh, const SubdivideOptions& o
                                     0});
     }
     return result;
+}
+
+}  // namespace
+
+Result<SubdividedMesh> subdivide(const MeshData& mesh, const SubdivideOptions& options,
+                                 Progress* progress) {
+    return detail::cancellable(progress, [&] { return subdivide_now(mesh, options); });
 }
 
 }  // namespace osdx::inline OSDX_ABI

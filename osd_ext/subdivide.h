@@ -9,6 +9,7 @@
 #include <osdx/face_varying.h>
 #include <osdx/features.h>
 #include <osdx/mesh_data.h>
+#include <osdx/progress.h>
 #include <osdx/result.h>
 
 namespace osdx::inline OSDX_ABI {
@@ -34,10 +35,12 @@ struct SubdividedMesh {
 /// the tag for it; even ones, whose faces are no parts of those before, drop them.
 ///
 /// Threads: goes wide; the result does not depend on their number.
+/// \param progress  null, or to watch and cancel it: then Cancelled is returned
 /// \return InvalidOption, also for levels of more corners of faces than there are numbers;
 ///         what build_topology, build_features, check_refinement and, with texture
 ///         coordinates, face_varying_rule and build_face_varying return
 OSDX_API Result<SubdividedMesh> subdivide(const MeshData& mesh,
-                                          const SubdivideOptions& options = {});
+                                          const SubdivideOptions& options = {},
+                                          Progress* progress = nullptr);
 
 }  // namespace osdx::inline OSDX_ABI

@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -98,9 +99,10 @@ struct Surface::Impl {
         return sound;
     }
 
-    template <class T>
-    static Result<Surface> build(const MeshView& mesh, Channels<const T> positions,
-                                 const PatchTableOptions& options);
+    template <class T, class Mesh, class FeaturesOf>
+    static Result<Surface> build(const Mesh& mesh, Channels<const T> positions,
+                                 FeaturesOf&& features_of,
+                                 const PatchTableOptions& options, Progress* progress);
 
     const PatchTable table;  // stays put: the evaluator refers to it
     std::optional<Evaluator> evaluator;
@@ -109,49 +111,55 @@ struct Surface::Impl {
     std::vector<Index> unused_vertices;
 };
 
-Result<Surface> Surface::build(const MeshData& data, const PatchTableOptions& options,
-                               const FeatureOptions& tags) {
-    Result<Topology> topology = build_topology(data);
-    if (!topology)
-        return topology.error();
-    Result<Features> features = build_features(data, *topology, tags);
-    if (!features)
-        return features.error();
-    Result<PatchTable> table =
-        build_table(data, std::move(*topology), std::move(*features), options);
-    if (!table)
-        return table.error();
-    return Surface(
-        std::make_unique<Impl>(std::move(*table), channels(data.positions.data())));
+/// \param mesh  MeshData or MeshView
+/// \param features_of  reads the features of a Topology
+template <class T, class Mesh, class FeaturesOf>
+Result<Surface> Surface::Impl::build(const Mesh& mesh, Channels<const T> positions,
+                                     FeaturesOf&& features_of,
+                                     const PatchTableOptions& options,
+                                     Progress* progress) {
+    return detail::cancellable(progress, [&]() -> Result<Surface> {
+        detail::at_stage("linking faces", 0, 0.2);
+        Result<Topology> topology = build_topology(mesh);
+        if (!topology)
+            return topology.error();
+        if constexpr (std::is_same_v<Mesh, MeshView>) {
+            const Status sound =
+                check_positions(positions, mesh.n_vertices, [](Index v) { return v; });
+            if (!sound)
+                return sound.error();
+        }
+        Result<Features> features = features_of(*topology);
+        if (!features)
+            return features.error();
+        detail::at_stage("laying patches", 0.2, 0.8);
+        Result<PatchTable> table =
+            build_table(mesh, std::move(*topology), std::move(*features), options);
+        if (!table)
+            return table.error();
+        detail::at_stage("placing points", 0.8, 1);
+        return Surface(std::make_unique<Impl>(std::move(*table), positions));
+    });
 }
 
-template <class T>
-Result<Surface> Surface::Impl::build(const MeshView& mesh, Channels<const T> positions,
-                                     const PatchTableOptions& options) {
-    Result<Topology> topology = build_topology(mesh);
-    if (!topology)
-        return topology.error();
-    const Status sound =
-        check_positions(positions, mesh.n_vertices, [](Index v) { return v; });
-    if (!sound)
-        return sound.error();
-    Result<Features> features = build_features(mesh, *topology);
-    if (!features)
-        return features.error();
-    Result<PatchTable> table =
-        build_table(mesh, std::move(*topology), std::move(*features), options);
-    if (!table)
-        return table.error();
-    return Surface(std::make_unique<Impl>(std::move(*table), positions));
+Result<Surface> Surface::build(const MeshData& mesh, const PatchTableOptions& options,
+                               const FeatureOptions& tags, Progress* progress) {
+    return Impl::build(
+        mesh, channels(mesh.positions.data()),
+        [&](const Topology& t) { return build_features(mesh, t, tags); }, options,
+        progress);
 }
-
 Result<Surface> Surface::build(const MeshView& mesh, Channels<const float> positions,
-                               const PatchTableOptions& options) {
-    return Impl::build(mesh, positions, options);
+                               const PatchTableOptions& options, Progress* progress) {
+    return Impl::build(
+        mesh, positions, [&](const Topology& t) { return build_features(mesh, t); },
+        options, progress);
 }
 Result<Surface> Surface::build(const MeshView& mesh, Channels<const double> positions,
-                               const PatchTableOptions& options) {
-    return Impl::build(mesh, positions, options);
+                               const PatchTableOptions& options, Progress* progress) {
+    return Impl::build(
+        mesh, positions, [&](const Topology& t) { return build_features(mesh, t); },
+        options, progress);
 }
 
 Surface::Surface(std::unique_ptr<Impl> impl) noexcept : impl_(std::move(impl)) {}
@@ -338,6 +346,12 @@ SurfaceFunction surface_function(const Surface& surface, Chart chart) {
 
 Tessellation Surface::tessellate(int rate) const {
     return osdx::tessellate(evaluator(), impl_->points, rate);
+}
+Result<Tessellation> Surface::tessellate(int rate, Progress& progress) const {
+    return detail::cancellable(&progress, [&]() -> Result<Tessellation> {
+        detail::at_stage("evaluating", 0, 1);
+        return tessellate(rate);
+    });
 }
 
 }  // namespace osdx::inline OSDX_ABI

@@ -13,6 +13,7 @@
 #include <osdx/features.h>
 #include <osdx/mesh_data.h>
 #include <osdx/patch_options.h>
+#include <osdx/progress.h>
 #include <osdx/result.h>
 #include <osdx/surface_jet.h>
 #include <osdx/tessellation.h>
@@ -34,20 +35,24 @@ struct Topology;
 /// Units: those of the mesh. Threads: const members may run at the same time.
 class OSDX_API Surface {
 public:
+    /// \param progress  null, or to watch and cancel it: then Cancelled is returned
     /// \return InvalidOption, or what build_topology, build_features and check_surface
     ///         return.
     static Result<Surface> build(const MeshData& mesh,
                                  const PatchTableOptions& options = {},
-                                 const FeatureOptions& tags = {});
+                                 const FeatureOptions& tags = {},
+                                 Progress* progress = nullptr);
 
     /// From arrays of others, which are not kept.
     /// \param positions  three channels of mesh.n_vertices vertices
     /// \return besides, SizeMismatch for another number of channels, NonFinitePoint, and what
     ///         build_features() returns for a view
     static Result<Surface> build(const MeshView& mesh, Channels<const float> positions,
-                                 const PatchTableOptions& options = {});
+                                 const PatchTableOptions& options = {},
+                                 Progress* progress = nullptr);
     static Result<Surface> build(const MeshView& mesh, Channels<const double> positions,
-                                 const PatchTableOptions& options = {});
+                                 const PatchTableOptions& options = {},
+                                 Progress* progress = nullptr);
 
     Surface(Surface&&) noexcept;
     Surface& operator=(Surface&&) noexcept;
@@ -127,6 +132,8 @@ public:
 
     /// \pre rate >= 1
     Tessellation tessellate(int rate) const;
+    /// The same as work that may be cancelled.
+    Result<Tessellation> tessellate(int rate, Progress& progress) const;
 
 private:
     struct Impl;

@@ -114,12 +114,14 @@ Result<Sums> measure_one_way(const Topology& base, const ResolvedFeatures& featu
             }
         }
     };
+    detail::Steps steps(base.n_halfedges());
     return detail::sum_over<Sums>(base.n_halfedges(), 16,
                                   [&](Index begin, Index end, Sums& sums) {
                                       for (Index q = begin; q < end; ++q) {
                                           if (!features.is_hole(base.face(q)))
                                               measure_quarter(q, sums);
                                       }
+                                      steps.add(end - begin);
                                   });
 }
 
@@ -133,22 +135,27 @@ double root_mean(double squares, double area) {
 Result<SurfaceDistance> measure_distance(const Topology& base,
                                          const ResolvedFeatures& features,
                                          const SurfaceFunction& from,
-                                         const SurfaceFunction& to, int rate,
-                                         double unit) {
-    const Result<Sums> there = measure_one_way(base, features, from, to, rate, unit);
-    if (!there)
-        return there.error();
-    const Result<Sums> back = measure_one_way(base, features, to, from, rate, unit);
-    if (!back)
-        return back.error();
-    constexpr double kDegrees = 180 / std::numbers::pi;
-    SurfaceDistance d;
-    d.distance_max = std::max(there->max, back->max) / unit;
-    d.distance_rms = root_mean(there->squares, there->area) / unit;
-    d.normal_deg_max = std::max(there->normal_max, back->normal_max) * kDegrees;
-    d.normal_deg_rms = root_mean(there->normal_squares, there->normal_area) * kDegrees;
-    d.n_samples = there->n + back->n;
-    return d;
+                                         const SurfaceFunction& to, int rate, double unit,
+                                         Progress* progress) {
+    return detail::cancellable(progress, [&]() -> Result<SurfaceDistance> {
+        detail::at_stage("measuring distances", 0, 0.5);
+        const Result<Sums> there = measure_one_way(base, features, from, to, rate, unit);
+        if (!there)
+            return there.error();
+        detail::at_stage("measuring distances back", 0.5, 1);
+        const Result<Sums> back = measure_one_way(base, features, to, from, rate, unit);
+        if (!back)
+            return back.error();
+        constexpr double kDegrees = 180 / std::numbers::pi;
+        SurfaceDistance d;
+        d.distance_max = std::max(there->max, back->max) / unit;
+        d.distance_rms = root_mean(there->squares, there->area) / unit;
+        d.normal_deg_max = std::max(there->normal_max, back->normal_max) * kDegrees;
+        d.normal_deg_rms =
+            root_mean(there->normal_squares, there->normal_area) * kDegrees;
+        d.n_samples = there->n + back->n;
+        return d;
+    });
 }
 
 Result<double> isolation_error(const Topology& base, const Features& features,

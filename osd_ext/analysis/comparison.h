@@ -7,6 +7,7 @@
 #include <span>
 
 #include <osdx/features.h>
+#include <osdx/progress.h>
 #include <osdx/resolved_features.h>
 #include <osdx/result.h>
 #include <osdx/surface_function.h>
@@ -35,11 +36,9 @@ struct SurfaceDistance {
 /// Threads: goes wide; the result does not depend on their number.
 /// \param unit  lengths are divided by it
 /// \pre rate is even
-OSDX_API Result<SurfaceDistance> measure_distance(const Topology& base,
-                                                  const ResolvedFeatures& features,
-                                                  const SurfaceFunction& from,
-                                                  const SurfaceFunction& to, int rate,
-                                                  double unit);
+OSDX_API Result<SurfaceDistance> measure_distance(
+    const Topology& base, const ResolvedFeatures& features, const SurfaceFunction& from,
+    const SurfaceFunction& to, int rate, double unit, Progress* progress = nullptr);
 
 /// The error of a limit surface by its isolation: the largest distance to the limit surface
 /// that is isolated two levels deeper, over `unit`, sampled where the two differ, close to

@@ -130,12 +130,14 @@ void measure_cell(const Surface& surface, const Cell& cell, int rate, Jumps& jum
 
 Continuity measure_continuity(const Surface& surface, int rate) {
     const std::vector<Cell> cells = surface.patches().cells();
+    detail::Steps steps(cells.size());
     const Jumps jumps = detail::sum_over<Jumps>(
         cells.size(), 64, [&](std::size_t begin, std::size_t end, Jumps& sums) {
             for (std::size_t i = begin; i < end; ++i) {
                 if (surface.patches().has_surface(surface.base().face(cells[i].quarter)))
                     measure_cell(surface, cells[i], rate, sums);
             }
+            steps.add(end - begin);
         });
 
     const double diagonal =
@@ -158,6 +160,14 @@ Continuity measure_continuity(const Surface& surface, int rate) {
         c.worst_curvature = mean > gauss ? jumps.at_mean : jumps.at_gauss;
     }
     return c;
+}
+
+Result<Continuity> measure_continuity(const Surface& surface, int rate,
+                                      Progress& progress) {
+    return detail::cancellable(&progress, [&]() -> Result<Continuity> {
+        detail::at_stage("measuring continuity", 0, 1);
+        return measure_continuity(surface, rate);
+    });
 }
 
 }  // namespace osdx::inline OSDX_ABI

@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include <osdx/progress.h>
+#include <osdx/result.h>
 #include <osdx/surface.h>
 
 namespace osdx::inline OSDX_ABI {
@@ -29,5 +31,8 @@ struct Continuity {
 /// and curvature in the chart of the patch, which is regular where (u, v) is not.
 /// Threads: goes wide; the result does not depend on their number.
 OSDX_API Continuity measure_continuity(const Surface& surface, int rate = 8);
+/// The same as work that may be cancelled.
+OSDX_API Result<Continuity> measure_continuity(const Surface& surface, int rate,
+                                               Progress& progress);
 
 }  // namespace osdx::inline OSDX_ABI
