@@ -73,7 +73,7 @@ Result<SurfaceDistance> distance_between(const Job& job, const SurfaceFunction& 
 
 /// OpenSubdiv's patches, at a low isolation.
 Status add_catmark(const Job& job, const LimitSurface& limit,
-                   const CommandOptions& options, Progress& progress,
+                   const CommandOptions& options, ProgressBar& progress,
                    Findings& findings) {
     progress.stage("measuring OpenSubdiv's patches");
     const Result<LimitSurface> peer = job.build_limit(options.with_isolation);
@@ -96,7 +96,8 @@ Status add_catmark(const Job& job, const LimitSurface& limit,
 
 /// Another family of ours.
 Status add_family(const Job& job, const LimitSurface& limit,
-                  const CommandOptions& options, Progress& progress, Findings& findings) {
+                  const CommandOptions& options, ProgressBar& progress,
+                  Findings& findings) {
     CommandOptions others = options;
     others.patch = options.with;
     Result<Job> other = load_job(others);
@@ -121,7 +122,7 @@ Status add_family(const Job& job, const LimitSurface& limit,
 }
 
 Status draw_pictures(const Job& job, const LimitSurface& limit,
-                     const std::filesystem::path& folder, Progress& progress) {
+                     const std::filesystem::path& folder, ProgressBar& progress) {
     if (const Status s = make_folder(folder); !s)
         return s;
     render::PictureInput input = job_picture(job);
@@ -138,9 +139,9 @@ Status draw_pictures(const Job& job, const LimitSurface& limit,
 }  // namespace
 
 Status compare_command(const CommandOptions& options) {
-    Progress progress;
+    ProgressBar progress;
     progress.stage("laying patches");
-    Result<Job> job = load_job(options);
+    Result<Job> job = load_job(options, progress.work());
     if (!job)
         return job.error();
     const Topology& base = job->surface.base();

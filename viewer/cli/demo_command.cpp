@@ -33,7 +33,7 @@ Status write_demo_mesh(const std::filesystem::path& file) {
 }
 
 Result<Measures> measure_limit(Job& job, const CommandOptions& options,
-                               Progress& progress) {
+                               ProgressBar& progress) {
     const Result<LimitSurface> limit = job.build_limit(options.limit_isolation);
     if (!limit)
         return in_file(limit.error(), options.input);
@@ -44,7 +44,7 @@ Result<Measures> measure_limit(Job& job, const CommandOptions& options,
 }
 
 /// Prints a row for each degree. \return the same as JSON
-Result<Json> compare_degrees(CommandOptions options, Progress& progress) {
+Result<Json> compare_degrees(CommandOptions options, ProgressBar& progress) {
     progress.print(fmt::format(
         "\nDistance to the Catmull-Clark limit and joins of the patches, by degree\n"
         "(lengths over the bounding-box diagonal, angles in degrees):\n\n"
@@ -77,7 +77,7 @@ Result<Json> compare_degrees(CommandOptions options, Progress& progress) {
 
 /// Traces a picture into the folder and says so.
 Status draw(const render::PictureInput& input, render::Shade shade, std::string_view name,
-            const std::filesystem::path& folder, Progress& progress) {
+            const std::filesystem::path& folder, ProgressBar& progress) {
     progress.stage(fmt::format("tracing {}", name));
     const auto file = folder / fmt::format("{}.png", name);
     Status s = write_picture(input, {}, shade, file);
@@ -87,7 +87,7 @@ Status draw(const render::PictureInput& input, render::Shade shade, std::string_
 }
 
 /// The tessellation, and the pictures, beside one of the limit surface.
-Status show_cubic(CommandOptions options, Progress& progress) {
+Status show_cubic(CommandOptions options, ProgressBar& progress) {
     options.patches.degree = 3;
     const Result<Job> job = load_job(options);
     if (!job)
@@ -116,7 +116,7 @@ Status show_cubic(CommandOptions options, Progress& progress) {
                 progress);
 }
 
-Status show_quintic(CommandOptions options, Progress& progress) {
+Status show_quintic(CommandOptions options, ProgressBar& progress) {
     options.patches.degree = 5;
     const Result<Job> job = load_job(options);
     if (!job)
@@ -141,7 +141,7 @@ Status demo_command(const CommandOptions& options) {
     if (const Status s = info_command(own); !s)
         return s;
 
-    Progress progress;
+    ProgressBar progress;
     const Result<Json> table = compare_degrees(own, progress);
     if (!table)
         return table.error();

@@ -98,9 +98,9 @@ Result<std::vector<Address>> read_addresses(const std::filesystem::path& file,
 }  // namespace
 
 Status eval_command(const CommandOptions& options) {
-    Progress progress;
+    ProgressBar progress;
     progress.stage("laying patches");
-    const Result<Job> job = load_job(options);
+    const Result<Job> job = load_job(options, progress.work());
     if (!job)
         return job.error();
     const Topology& base = job->surface.base();

@@ -33,6 +33,12 @@ Tessellation Job::tessellate(int rate) const {
                  : surface.tessellate(rate);
 }
 
+Result<Tessellation> Job::tessellate(int rate, Progress& progress) const {
+    if (limit)
+        return tessellate(rate);
+    return surface.tessellate(rate, progress);
+}
+
 double Job::diagonal() const {
     return bounding_diagonal(mesh.positions);
 }
@@ -42,7 +48,7 @@ Result<LimitSurface> Job::build_limit(int isolation) const {
                                isolation);
 }
 
-Result<Job> load_job(const CommandOptions& options) {
+Result<Job> load_job(const CommandOptions& options, Progress* progress) {
     Result<MeshData> mesh = read_mesh(options.input);
     if (!mesh)
         return in_file(mesh.error(), options.input);
@@ -50,7 +56,7 @@ Result<Job> load_job(const CommandOptions& options) {
     PatchTableOptions patches = options.patches;
     patches.family =
         options.patch == "gregory" ? PatchFamily::Gregory : PatchFamily::Multisided;
-    Result<Surface> surface = Surface::build(*mesh, patches, options.features);
+    Result<Surface> surface = Surface::build(*mesh, patches, options.features, progress);
     if (!surface)
         return in_file(surface.error(), options.input);
     Job job{std::move(*mesh), std::move(*surface), std::nullopt, watch.lap()};

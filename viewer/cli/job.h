@@ -34,11 +34,13 @@ struct Job {
     SurfaceFunction function(Chart chart = Chart::BaseUV) const;
     /// Watertight; with the normals of Chart::Native.
     Tessellation tessellate(int rate) const;
+    Result<Tessellation> tessellate(int rate, Progress& progress) const;
     double diagonal() const;
     /// With the features of the surface. \pre the surface outlives it
     Result<LimitSurface> build_limit(int isolation) const;
 };
-Result<Job> load_job(const CommandOptions& options);
+/// \param progress  null, or told how far the surface is
+Result<Job> load_job(const CommandOptions& options, Progress* progress = nullptr);
 
 /// The texture coordinates of a job's mesh, over the same faces as its surface.
 Result<TextureSurface> load_texture(const Job& job, const CommandOptions& options);

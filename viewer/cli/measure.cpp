@@ -38,7 +38,7 @@ Json Measures::report() const {
 }
 
 Result<Measures> measure(Job& job, const LimitSurface& limit, int rate,
-                         Progress& progress) {
+                         ProgressBar& progress) {
     Measures m;
     const Topology& base = job.surface.base();
     Stopwatch watch;
@@ -49,11 +49,14 @@ Result<Measures> measure(Job& job, const LimitSurface& limit, int rate,
     m.seconds_evaluate = watch.lap();
 
     progress.stage("measuring continuity");
-    m.continuity = measure_continuity(job.surface, rate);
+    const auto continuity = measure_continuity(job.surface, rate, *progress.work());
+    if (!continuity)
+        return continuity.error();
+    m.continuity = *continuity;
     progress.stage("measuring distances to the limit surface");
-    const auto distance =
-        measure_distance(base, job.surface.features(), job.function(),
-                         surface_function(base, limit), rate + rate % 2, job.diagonal());
+    const auto distance = measure_distance(base, job.surface.features(), job.function(),
+                                           surface_function(base, limit), rate + rate % 2,
+                                           job.diagonal(), progress.work());
     if (!distance)
         return distance.error();
     m.limit = *distance;

@@ -31,6 +31,6 @@ struct Measures {
 
 /// \param limit  of the mesh of the job
 Result<Measures> measure(Job& job, const LimitSurface& limit, int rate,
-                         Progress& progress);
+                         ProgressBar& progress);
 
 }  // namespace osdx::cli

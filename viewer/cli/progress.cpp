@@ -10,12 +10,12 @@
 
 namespace osdx::cli {
 
-Progress::Progress() : start_(std::chrono::steady_clock::now()) {
+ProgressBar::ProgressBar() : start_(std::chrono::steady_clock::now()) {
     if (isatty(STDERR_FILENO))
         thread_ = std::thread([this] { run(); });
 }
 
-Progress::~Progress() {
+ProgressBar::~ProgressBar() {
     {
         const std::lock_guard lock(mutex_);
         done_ = true;
@@ -25,27 +25,27 @@ Progress::~Progress() {
         thread_.join();
 }
 
-void Progress::stage(std::string name) {
+void ProgressBar::stage(std::string name) {
     const std::lock_guard lock(mutex_);
     name_ = std::move(name);
+    stage_start_ = std::chrono::steady_clock::now();
+    work_.set("", 0, 0);
 }
 
-void Progress::print(const std::string& text) {
+void ProgressBar::print(const std::string& text) {
     const std::lock_guard lock(mutex_);
     wipe();
     std::fwrite(text.data(), 1, text.size(), stdout);
     std::fflush(stdout);
 }
 
-void Progress::run() {
+void ProgressBar::run() {
     using namespace std::chrono_literals;
     std::unique_lock lock(mutex_);
     if (wake_.wait_for(lock, 2s, [this] { return done_; }))
         return;
     while (!done_) {
-        const std::chrono::duration<double> elapsed =
-            std::chrono::steady_clock::now() - start_;
-        fmt::print(stderr, "\r\x1b[K{} ... {:.1f} s", name_, elapsed.count());
+        fmt::print(stderr, "\r\x1b[K{}", line());
         std::fflush(stderr);
         shown_ = true;
         wake_.wait_for(lock, 200ms, [this] { return done_; });
@@ -53,7 +53,19 @@ void Progress::run() {
     wipe();
 }
 
-void Progress::wipe() {
+std::string ProgressBar::line() const {
+    const auto now = std::chrono::steady_clock::now();
+    const std::chrono::duration<double> elapsed = now - start_,
+                                        at_stage = now - stage_start_;
+    const double done = work_.fraction();
+    std::string text = fmt::format("{} ... {:.1f} s", name_, elapsed.count());
+    if (done > 0 && done < 1)
+        text += fmt::format(", {:.0f} %, {:.0f} s left", 100 * done,
+                            at_stage.count() * (1 - done) / done);
+    return text;
+}
+
+void ProgressBar::wipe() {
     if (shown_) {
         fmt::print(stderr, "\r\x1b[K");
         std::fflush(stderr);

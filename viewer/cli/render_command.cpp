@@ -20,9 +20,9 @@
 namespace osdx::cli {
 
 Status render_command(const CommandOptions& options) {
-    Progress progress;
+    ProgressBar progress;
     progress.stage("laying patches");
-    const Result<Job> job = load_job(options);
+    const Result<Job> job = load_job(options, progress.work());
     if (!job)
         return job.error();
     render::PictureInput input = job_picture(*job);

@@ -11,17 +11,18 @@
 namespace osdx::cli {
 
 Status subdivide_command(const CommandOptions& options) {
-    Progress progress;
+    ProgressBar progress;
     progress.stage("reading");
     const Result<MeshData> data = read_mesh(options.input);
     if (!data)
         return in_file(data.error(), options.input);
     progress.stage("refining");
-    const Result<SubdividedMesh> refined =
-        subdivide(*data, {.degree = options.patches.degree,
-                          .levels = options.levels,
-                          .features = options.features,
-                          .uv_rule = options.uv_rule});
+    const Result<SubdividedMesh> refined = subdivide(*data,
+                                                     {.degree = options.patches.degree,
+                                                      .levels = options.levels,
+                                                      .features = options.features,
+                                                      .uv_rule = options.uv_rule},
+                                                     progress.work());
     if (!refined) {
         // No file is to blame for an option.
         return refined.error().code == ErrorCode::InvalidOption

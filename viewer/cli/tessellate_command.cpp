@@ -12,14 +12,17 @@
 namespace osdx::cli {
 
 Status tessellate_command(const CommandOptions& options) {
-    Progress progress;
+    ProgressBar progress;
     progress.stage("laying patches");
-    const Result<Job> job = load_job(options);
+    const Result<Job> job = load_job(options, progress.work());
     if (!job)
         return job.error();
     progress.stage("evaluating");
     Stopwatch watch;
-    Tessellation t = job->tessellate(options.rate);
+    Result<Tessellation> tessellated = job->tessellate(options.rate, *progress.work());
+    if (!tessellated)
+        return tessellated.error();
+    Tessellation& t = *tessellated;
     const double seconds = watch.lap();
     if (!job->mesh.face_uvs.empty()) {
         const Result<TextureSurface> texture = load_texture(*job, options);
