@@ -545,7 +545,7 @@ private:
         want(net);
     }
 
-    PatchTable::Record record(Index patch_class, std::size_t first_point) const {
+    PatchRecord record(Index patch_class, std::size_t first_point) const {
         return {patch_class << 8 | static_cast<Index>(level_),
                 static_cast<Index>(first_point)};
     }

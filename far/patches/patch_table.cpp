@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include <osdx/patch_table.h>
+#include <osdx/patch_table_view.h>
 
 #include "far/parallel.h"
 
@@ -25,7 +26,7 @@ int descend(Vec2<double>& p, Vec2<double>& towards) noexcept {
 
 }  // namespace
 
-detail::PatchLeaf PatchTable::leaf(Index node) const noexcept {
+PatchLeaf PatchTable::leaf(Index node) const noexcept {
     if (!(node & kSquareBit))
         return leaves_[node & ~kLeafBit];
     const Index patch = node & kPatchMask;
@@ -67,7 +68,7 @@ PatchPoint PatchTable::locate(const QuarterPoint& point,
         turns -= corner;
         scale *= 2;
     }
-    const detail::PatchLeaf at = leaf(node);
+    const PatchLeaf at = leaf(node);
     const int extent = class_of(at.patch).extent();
     p = Vec2<double>(at.x, at.y) + double(at.size) * turn(p, at.turns);
     return {at.patch,
@@ -111,7 +112,7 @@ void PatchTable::add_cells(Index quarter, std::vector<Cell>& cells) const {
     const auto add = [&](auto&& self, Index node, Vec2<double> origin,
                          Vec2<double> x_axis) -> void {
         if (node & kLeafBit) {
-            const detail::PatchLeaf at = leaf(node);
+            const PatchLeaf at = leaf(node);
             cells.push_back({quarter,
                              at.patch,
                              origin,
@@ -130,6 +131,20 @@ void PatchTable::add_cells(Index quarter, std::vector<Cell>& cells) const {
         }
     };
     add(add, nodes_[quarter], {0, 0}, {1, 0});
+}
+
+PatchTableView PatchTable::view() const noexcept {
+    return {degree_,
+            n_base_points_,
+            classes_,
+            patches_,
+            points_,
+            nodes_,
+            leaves_,
+            refined_points_.offsets,
+            refined_points_.indices,
+            refined_points_.weights,
+            row_groups_};
 }
 
 }  // namespace osdx::inline OSDX_ABI

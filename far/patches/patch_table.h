@@ -50,19 +50,25 @@ struct Cell {
     int chart_size, chart_turns;
 };
 
-namespace detail {
-
-/// Where a cell lies in the chart of its patch.
+/// Where a leaf of a quadtree lies in the chart of its patch.
 struct PatchLeaf {
     Index patch;
     Index sector;
-    std::int8_t x, y;   ///< origin of the cell's frame, in half-edges of the control mesh
-    std::uint8_t size;  ///< of the cell, in half-edges: 1 or 2
-    std::uint8_t turns;  ///< quarter turns of the cell's frame
+    std::int8_t x, y;   ///< origin of the leaf's frame, in half-edges of the control mesh
+    std::uint8_t size;  ///< of the leaf, in half-edges: 1 or 2
+    std::uint8_t turns;  ///< quarter turns of the leaf's frame
     bool operator==(const PatchLeaf&) const = default;
 };
 
-}  // namespace detail
+struct PatchRecord {
+    Index class_and_level;  ///< the level in the lowest 8 bits
+    Index first_point;      ///< of its control points, among those of all patches
+    Index patch_class() const noexcept { return class_and_level >> 8; }
+    int level() const noexcept { return static_cast<int>(class_and_level & 255); }
+    bool operator==(const PatchRecord&) const = default;
+};
+
+struct PatchTableView;
 
 /// The patches of a mesh, in flat arrays: topology and stencils, no positions.
 ///
@@ -97,7 +103,7 @@ public:
     std::span<const PatchClass> classes() const noexcept { return classes_; }
     PatchRef patch(Index i) const noexcept {
         // Control points follow one another in the order of the patches.
-        const Record& r = patches_[i];
+        const PatchRecord& r = patches_[i];
         const std::size_t end =
             i + 1 < n_patches() ? patches_[i + 1].first_point : points_.size();
         return {r.patch_class(),
@@ -153,25 +159,17 @@ public:
     /// one follow one another. None in faces without surface.
     void add_cells(Index quarter, std::vector<Cell>& cells) const;
 
+    /// The arrays themselves, for back ends: <osdx/patch_table_view.h>.
+    PatchTableView view() const noexcept;
+
 private:
     friend class PatchTableBuilder;
 
-    // A node of a quadtree is a leaf or the index of the first of four children, child j at
-    // corner j of the parent's frame; kInvalidIndex in faces without surface. Leaves of n-sided
-    // patches are indices of leaves_. Those of square patches, which cover whole cells, are
-    // made from what the node holds: the patch and, at level 0, the quarter's number.
+    // See PatchTableView::nodes.
     static constexpr Index kLeafBit = Index(1) << 31, kSquareBit = Index(1) << 30;
     static constexpr Index kQuarterShift = 28;
     static constexpr Index kPatchMask = (Index(1) << kQuarterShift) - 1;
-    detail::PatchLeaf leaf(Index node) const noexcept;
-
-    struct Record {
-        Index class_and_level;  // the level in the lowest 8 bits
-        Index first_point;
-        bool operator==(const Record&) const = default;
-        Index patch_class() const noexcept { return class_and_level >> 8; }
-        int level() const noexcept { return static_cast<int>(class_and_level & 255); }
-    };
+    PatchLeaf leaf(Index node) const noexcept;
 
     int degree_ = 3;
     int n_levels_ = 0;
@@ -181,9 +179,9 @@ private:
     StencilTable refined_points_;
     std::vector<Index> row_groups_;
     std::vector<PatchClass> classes_;
-    Buffer<Record> patches_;
+    Buffer<PatchRecord> patches_;
     Buffer<Index> points_;  // of all patches, from first_point on
-    std::vector<detail::PatchLeaf> leaves_;
+    std::vector<PatchLeaf> leaves_;
     Buffer<Index> nodes_;  // roots first: one per quarter
 };
 

@@ -7,6 +7,7 @@
 #include <random>
 #include <span>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include <osdx/build_patch_table.h>
 #include <osdx/patch_class.h>
 #include <osdx/patch_table.h>
+#include <osdx/patch_table_view.h>
 #include <osdx/topology.h>
 
 #include "far/patches/isolation_bound.h"
@@ -269,6 +271,80 @@ TEST(PatchTable, LocateFindsTheCellAndItsDerivative) {
             ASSERT_NEAR(along_v.a - from.a, dv.x, kChartTol);
             ASSERT_NEAR(along_v.b - from.b, dv.y, kChartTol);
         }
+    });
+}
+
+/// As a back end would, from what PatchTableView says alone.
+PatchPoint locate_by_view(const PatchTableView& view, Index quarter, double x, double y) {
+    const auto turned = [](int k, double& a, double& b) {
+        for (; k > 0; --k)
+            std::tie(a, b) = std::pair(-b, a);
+    };
+    Index node = view.nodes[quarter];
+    while (node >> 30 == 0) {
+        const int k = y > 0.5 ? (x > 0.5 ? 2 : 3) : (x > 0.5 ? 1 : 0);
+        x = 2 * (x - (k == 1 || k == 2));
+        y = 2 * (y - (k >= 2));
+        turned(4 - k, x, y);
+        node = view.nodes[node + static_cast<Index>(k)];
+    }
+    PatchLeaf leaf{node & 0xfffffff, 0, 0, 0, 2, 0};
+    if (node >> 30 == 2) {
+        leaf = view.leaves[node & 0x7fffffff];
+    } else if (view.patches[leaf.patch].level() == 0) {
+        const int k = node >> 28 & 3;
+        leaf.size = 1;
+        leaf.turns = static_cast<std::uint8_t>(k);
+        leaf.x = view.degree % 2 == 0 ? 1 : k == 1 || k == 2 ? 2 : 0;
+        leaf.y = view.degree % 2 == 0 ? 1 : k >= 2 ? 2 : 0;
+    }
+    turned(leaf.turns, x, y);
+    const PatchClass& c = view.classes[view.patches[leaf.patch].patch_class()];
+    PatchPoint at;
+    at.patch = leaf.patch;
+    at.sector = leaf.sector;
+    at.a = (leaf.x + leaf.size * x) / c.extent();
+    at.b = (leaf.y + leaf.size * y) / c.extent();
+    return at;
+}
+
+TEST(PatchTableView, IsEnoughToFindPatchesAndMakePoints) {
+    for_each<PatchesAndMeshes>([](const PatchesAndMeshes& c) {
+        const PatchTableView view = c.table.view();
+        std::mt19937 random(3);
+        const auto number = [&] { return double(random()) / 0x1p32; };
+        for (Index quarter = 0; quarter < c.base.n_halfedges(); ++quarter) {
+            const double x = number(), y = number();
+            const PatchPoint mine = locate_by_view(view, quarter, x, y);
+            const PatchPoint at = c.table.locate(QuarterPoint{quarter, x, y});
+            ASSERT_EQ(mine.patch, at.patch);
+            ASSERT_EQ(mine.sector, at.sector);
+            ASSERT_EQ(mine.a, at.a);
+            ASSERT_EQ(mine.b, at.b);
+            const PatchRef patch = c.table.patch(at.patch);
+            const PatchRecord& record = view.patches[at.patch];
+            ASSERT_EQ(record.patch_class(), patch.patch_class);
+            ASSERT_EQ(record.level(), patch.level);
+            ASSERT_TRUE(std::ranges::equal(
+                view.points.subspan(record.first_point,
+                                    static_cast<std::size_t>(
+                                        view.classes[record.patch_class()].n_points())),
+                patch.points));
+        }
+        // A pass for each group, its rows in any order: here from the last.
+        std::vector<Point> points(c.points.begin(),
+                                  c.points.begin() + view.n_base_points);
+        points.resize(view.n_base_points + view.row_offsets.size() - 1, Point(NAN));
+        for (std::size_t g = 0; g + 1 < view.row_groups.size(); ++g) {
+            for (Index r = view.row_groups[g + 1]; r-- > view.row_groups[g];) {
+                Point sum(0);
+                for (std::size_t k = view.row_offsets[r]; k < view.row_offsets[r + 1];
+                     ++k)
+                    sum += view.row_weights[k] * points[view.row_points[k]];
+                points[view.n_base_points + r] = sum;
+            }
+        }
+        ASSERT_EQ(points, c.points);
     });
 }
 
