@@ -20,6 +20,7 @@
 #include <osdx/topology.h>
 
 #include "tests/support/test_meshes.h"
+#include "tests/support/thinned.h"
 
 // Data as integrators have them: arrays with strides, any number of channels, many addresses.
 
@@ -71,7 +72,7 @@ std::vector<NamedMesh> all_meshes() {
     for (const auto& meshes :
          {closed_meshes(), open_meshes(), creased_meshes(), semi_sharp_meshes()})
         all.insert(all.end(), meshes.begin(), meshes.end());
-    return all;
+    return thinned(all);
 }
 
 TEST(MeshView, MakesTheSurfaceOfTheFile) {
