@@ -98,7 +98,8 @@ inline void expect_same_surface(const Surface& a, const Surface& b) {
     ASSERT_EQ(a.base().n_faces(), b.base().n_faces());
     ASSERT_EQ(a.base().n_vertices(), b.base().n_vertices());
     for (Index f = 0; f < a.base().n_faces(); ++f) {
-        for (const Vec2<double> uv : {Vec2<double>(0.125, 0.25), Vec2<double>(0.5, 0.375)}) {
+        for (const Vec2<double> uv :
+             {Vec2<double>(0.125, 0.25), Vec2<double>(0.5, 0.375)}) {
             const auto p = a.evaluate({f, uv.x, uv.y}), q = b.evaluate({f, uv.x, uv.y});
             ASSERT_EQ(p.p, q.p) << "face " << f;
             ASSERT_EQ(p.du, q.du) << "face " << f;
