@@ -94,20 +94,28 @@ VertexChannels<PositionScalar<M>> positions(const M& mesh, const OpenMeshArrays&
     return detail::vertex_channels<PositionScalar<M>>(arrays, mesh.points());
 }
 
-/// A property of vertices as channels: of numbers (but bool), or of vectors of these. The standard
-/// ones go by their handles, mesh.vertex_colors_pph() or mesh.vertex_texcoords2D_pph().
+/// A property of vertices as float or double, which Surface::values() takes; else as
+/// vertex_channels(). Values stay as they are: colours of unsigned char go from 0 to 255.
+template <class T, OpenMeshMesh M, class V>
+Result<VertexChannels<T>> vertex_channels_as(const M& mesh, const OpenMeshArrays& arrays,
+                                             OpenMesh::VPropHandleT<V> property) {
+    static_assert(!std::same_as<V, bool>, "OpenMesh keeps them as single bits");
+    if (!property.is_valid())
+        return fail(ErrorCode::InvalidOption,
+                    "the mesh has no such property of vertices");
+    return detail::vertex_channels<T>(arrays, mesh.property(property).data());
+}
+
+/// A property of vertices as channels: of numbers (but bool), or of vectors of these. The
+/// standard ones go by their handles, mesh.vertex_colors_pph() or mesh.vertex_texcoords2D_pph().
 /// Normals are no channels: the surface has its own.
 /// \pre arrays are those of the mesh
 /// \return InvalidOption where the mesh has no such property
 template <OpenMeshMesh M, class V>
 Result<VertexChannels<typename detail::Components<V>::Scalar>> vertex_channels(
     const M& mesh, const OpenMeshArrays& arrays, OpenMesh::VPropHandleT<V> property) {
-    static_assert(!std::same_as<V, bool>, "OpenMesh keeps them as single bits");
-    if (!property.is_valid())
-        return fail(ErrorCode::InvalidOption,
-                    "the mesh has no such property of vertices");
-    return detail::vertex_channels<typename detail::Components<V>::Scalar>(
-        arrays, mesh.property(property).data());
+    return vertex_channels_as<typename detail::Components<V>::Scalar>(mesh, arrays,
+                                                                      property);
 }
 
 /// The same by name: vertex_channels<OpenMesh::Vec3f>(mesh, arrays, "velocity").

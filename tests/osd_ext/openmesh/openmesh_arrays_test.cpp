@@ -250,6 +250,17 @@ TYPED_TEST(OpenMeshArraysOf, FeaturesOfDeletedElementsAreNone) {
     EXPECT_EQ(build_features(to_mesh_data(mesh, *arrays), *t)->hole, features->hole);
 }
 
+TEST(OpenMeshArrays, FeaturesOfEdgesWithoutFacesAreNone) {
+    auto mesh = openmesh_of<PolyFloat>(cube());
+    const auto h = mesh.new_edge(mesh.add_vertex({2, 2, 2}), mesh.add_vertex({3, 2, 2}));
+    mesh.status(mesh.edge_handle(h)).set_feature(true);
+    mesh.status(OpenMesh::EdgeHandle(5)).set_feature(true);
+    const Result<OpenMeshArrays> arrays = read_openmesh(mesh);
+    ASSERT_TRUE(arrays);
+    EXPECT_EQ(arrays->crease_sharpness, std::vector<float>{10});
+    EXPECT_TRUE(Surface::build(arrays->view(), positions(mesh, *arrays).channels()));
+}
+
 TEST(OpenMeshArrays, TakeTheRulesFromTheOptions) {
     const auto mesh = openmesh_of<PolyDouble>(grid(3, 3));
     for (const BoundaryRule boundary :

@@ -160,7 +160,7 @@ std::vector<Edit<M>> edits() {
              m.delete_face(FaceHandle(3));
              const auto f = FaceHandle(25);
              m.split(f, m.add_vertex(m.calc_face_centroid(f)));
-             m.delete_vertex(VertexHandle(40));
+             m.delete_vertex(VertexHandle(23));
              m.delete_isolated_vertices();
          }},
     };
