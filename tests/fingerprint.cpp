@@ -829,7 +829,7 @@ void topology_lines(const Report& report, const MeshData& mesh, const Topology& 
     report.line("topology places", places);
     const Result<Mesh> open_mesh = build_mesh(mesh);
     if (open_mesh)
-        report.line("openmesh", to_mesh_data(*open_mesh), build_topology(*open_mesh));
+        report.line("openmesh", *to_mesh_data(*open_mesh), build_topology(*open_mesh));
 }
 
 /// What makes a mesh one that is refused.

@@ -13,20 +13,20 @@ cmake_minimum_required(VERSION 3.22)
 set(rooms
     far far/mesh far/refine far/patches
     eval/bases eval/kernels eval
-    osd_ext osd_ext/files osd_ext/embree osd_ext/opensubdiv osd_ext/analysis
+    osd_ext osd_ext/files osd_ext/embree osd_ext/opensubdiv osd_ext/openmesh osd_ext/analysis
     viewer/render viewer/cli)
 # Files of a layer's folder that its rooms stand on.
 set(ground eval/place.h eval/turn.h eval/turn-inl.h eval/surface_jet.h)
 set(ground_room eval/bases)
 # Components that know nothing of each other.
-set(strangers osd_ext/files osd_ext/embree osd_ext/opensubdiv)
+set(strangers osd_ext/files osd_ext/embree osd_ext/opensubdiv osd_ext/openmesh)
 
 # Which files may include what of others; the first pattern that fits an include decides.
 set(doors tbb OpenMesh fstream embree opensubdiv hwy tiny_gltf png stb CLI nlohmann)
 set(tbb_include "<(tbb|oneapi)/")
 set(tbb_door "^far/parallel\\.(h|cpp)$")
 set(OpenMesh_include "<OpenMesh/")
-set(OpenMesh_door "^far/mesh/openmesh\\.(h|cpp)$")
+set(OpenMesh_door "^osd_ext/openmesh/")
 set(fstream_include "<(fstream|cstdio|unistd\\.h)>")
 set(fstream_door "^far/file\\.cpp$|^viewer/cli/")
 set(embree_include "<embree[0-9]*/")
@@ -153,13 +153,14 @@ endfunction()
 function(expect result file line)
     file(REMOVE_RECURSE ${SCRATCH})
     file(WRITE ${SCRATCH}/far/CMakeLists.txt
-         "osdx_layer(far PUBLIC_HEADERS types.h mesh/topology.h mesh/openmesh.h SOURCES x.cpp)")
+         "osdx_layer(far PUBLIC_HEADERS types.h mesh/topology.h SOURCES x.cpp)")
     file(WRITE ${SCRATCH}/eval/CMakeLists.txt "osdx_layer(eval PUBLIC_HEADERS place.h)")
     file(WRITE ${SCRATCH}/osd_ext/embree/CMakeLists.txt
          "osdx_component(embree PUBLIC_HEADERS rays.h)")
+    file(WRITE ${SCRATCH}/osd_ext/openmesh/CMakeLists.txt
+         "osdx_component(openmesh FLAT PUBLIC_HEADERS openmesh.h)")
     file(WRITE ${SCRATCH}/far/types.h "#include <glm/vec3.hpp>\n#include <vector>\n")
     file(WRITE ${SCRATCH}/far/mesh/topology.h "#include <osdx/types.h>\n")
-    file(WRITE ${SCRATCH}/far/mesh/openmesh.h "#include <OpenMesh/Core/Mesh.hh>\n")
     file(WRITE ${SCRATCH}/far/parallel.h "#include <tbb/parallel_for.h>\n")
     file(WRITE ${SCRATCH}/eval/place.h "#include <osdx/topology.h>\n")
     file(WRITE ${SCRATCH}/eval/bases/jet.h "#include <osdx/place.h>\n")
@@ -167,6 +168,8 @@ function(expect result file line)
     file(WRITE ${SCRATCH}/osd_ext/embree/rays.h "#include <osdx/topology.h>\n")
     file(WRITE ${SCRATCH}/osd_ext/embree/rays.cpp
          "#include <osdx/embree/rays.h>\n#include <embree3/rtcore.h>\n")
+    file(WRITE ${SCRATCH}/osd_ext/openmesh/openmesh.h
+         "#include <OpenMesh/Core/Mesh.hh>\n#include <osdx/topology.h>\n")
     file(WRITE ${SCRATCH}/viewer/cli/main.cpp "#include \"viewer/render/image.h\"\n")
     file(APPEND ${SCRATCH}/${file} "${line}\n")
     if(NOT line)
@@ -208,13 +211,15 @@ if(SCRATCH)
     expect(refused eval/kernels/more.cpp "#include <embree4/rtcore.h>")
     expect(refused osd_ext/surface.cpp "#include <osdx/embree/rays.h>")
     expect(refused osd_ext/files/more.cpp "#include <osdx/embree/rays.h>")
+    expect(refused osd_ext/openmesh/more.cpp "#include <osdx/embree/rays.h>")
+    expect(refused far/mesh/more.cpp "#include <osdx/openmesh.h>")
     expect(refused viewer/render/more.cpp "#include \"viewer/cli/main.h\"")
     expect(refused viewer/cli/more.cpp "#include <opensubdiv/far/primvarRefiner.h>")
     expect(refused viewer/cli/more.cpp "#include \"tests/test_meshes.h\"")
     expect(refused viewer/more.cpp "#include <vector>")
     expect(refused viewer/cli/main.cpp "")
     file(REMOVE_RECURSE ${SCRATCH})
-    message(STATUS "layering: 26 trees checked")
+    message(STATUS "layering: 28 trees checked")
 else()
     if(NOT ROOT)
         get_filename_component(ROOT ${CMAKE_CURRENT_LIST_DIR} DIRECTORY)

@@ -31,7 +31,7 @@ TEST(Mesh, RoundTripKeepsEveryNumber) {
         SCOPED_TRACE(name);
         const Result<Mesh> mesh = build_mesh(data);
         ASSERT_TRUE(mesh) << mesh.error().message;
-        expect_same(to_mesh_data(*mesh), data);
+        expect_same(*to_mesh_data(*mesh), data);
     }
 }
 
@@ -42,7 +42,7 @@ TEST(Mesh, RoundTripKeepsPolesAndLargeFaces) {
             SCOPED_TRACE(n);
             const Result<Mesh> mesh = build_mesh(data);
             ASSERT_TRUE(mesh) << mesh.error().message;
-            expect_same(to_mesh_data(*mesh), data);
+            expect_same(*to_mesh_data(*mesh), data);
         }
     }
 }
@@ -56,7 +56,7 @@ TEST(Mesh, TakesMeshesWithOtherTraits) {
     mesh.add_face(v[0], v[3], v[1]);
     mesh.add_face(v[0], v[2], v[3]);
     mesh.add_face(v[1], v[3], v[2]);
-    expect_same(to_mesh_data(mesh), test::tetrahedron());
+    expect_same(*to_mesh_data(mesh), test::tetrahedron());
 }
 
 TEST(Mesh, KeepsAVertexThatNoFaceUses) {
@@ -67,7 +67,7 @@ TEST(Mesh, KeepsAVertexThatNoFaceUses) {
         ++v;
     const Result<Mesh> mesh = build_mesh(data);
     ASSERT_TRUE(mesh) << mesh.error().message;
-    expect_same(to_mesh_data(*mesh), data);
+    expect_same(*to_mesh_data(*mesh), data);
     const Topology t = build_topology(*mesh);
     ASSERT_EQ(t.n_vertices(), 10u);
     EXPECT_EQ(t.vertex_halfedge[0], kInvalidIndex);
@@ -249,7 +249,7 @@ TEST(Mesh, TakesOpenMeshesAndVerticesOfTwoFaces) {
     for (const MeshData& data : meshes) {
         const Result<Mesh> mesh = build_mesh(data);
         ASSERT_TRUE(mesh) << mesh.error().message;
-        expect_same(to_mesh_data(*mesh), data);
+        expect_same(*to_mesh_data(*mesh), data);
     }
 }
 
