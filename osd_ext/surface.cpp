@@ -340,4 +340,8 @@ Tessellation Surface::tessellate(int rate) const {
     return osdx::tessellate(evaluator(), impl_->points, rate);
 }
 
+Tessellation Surface::tessellate(const TessellationRates& rates) const {
+    return osdx::tessellate(evaluator(), impl_->points, rates);
+}
+
 }  // namespace osdx::inline OSDX_ABI
