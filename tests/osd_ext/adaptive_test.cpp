@@ -12,10 +12,12 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <osdx/displace.h>
 #include <osdx/evaluator.h>
 #include <osdx/resolved_features.h>
 #include <osdx/surface.h>
 #include <osdx/tessellate.h>
+#include <osdx/texture.h>
 
 #include "tests/support/test_meshes.h"
 
@@ -296,11 +298,12 @@ TEST(Adaptive, OfHolesOnlyIsEmpty) {
     const Topology base = topology_of(mesh);
     ResolvedFeatures features;
     features.hole.assign(6, true);
-    const Tessellation t =
-        tessellate(base, features, random_rates(base, 1),
-                   [](const QuarterPoint&) { return SurfaceJet<double>(); });
+    Tessellation t = tessellate(base, features, random_rates(base, 1),
+                                [](const QuarterPoint&) { return SurfaceJet<double>(); });
     EXPECT_TRUE(t.positions.empty());
     EXPECT_TRUE(t.facet_points.empty());
+    displace(t, [](const Address&, const Point&, const Point&) { return 1.0; });
+    EXPECT_TRUE(t.normals.empty());
 }
 
 TEST(Adaptive, DoesNotDependOnTheNumberOfThreads) {
@@ -418,6 +421,135 @@ TEST(Adaptive, AnErrorOrALengthOfZeroGivesTheGreatestRate) {
     const double all = std::numeric_limits<double>::infinity();
     for (const int r : rates_from_error(s.evaluator(), s.points(), all).edges)
         EXPECT_EQ(r, 1);
+}
+
+// ---- Displacement ----
+
+double waves(const Address&, const Point& p, const Point&) {
+    return 0.03 * std::sin(9 * p.x) * std::cos(7 * p.y + 5 * p.z);
+}
+
+TEST(Displace, StaysClosed) {
+    for (const NamedMesh& m : meshes()) {
+        SCOPED_TRACE(m.name);
+        const Surface s = surface_of(m.data);
+        const RateArrays rates = random_rates(s.base(), 3);
+        Tessellation t = s.tessellate(rates);
+        const Tessellation before = t;
+        displace(t, waves);
+        expect_closed(t, s.base(), s.features(), rates);
+        EXPECT_TRUE(t.facet_points == before.facet_points);
+        for (Index p = 0; p < t.positions.size(); ++p) {
+            const double moved = glm::distance(t.positions[p], before.positions[p]);
+            const double height =
+                std::abs(waves(t.addresses[p], before.positions[p], before.normals[p]));
+            // Along a unit normal; some ulps of the position. At some points there is none.
+            ASSERT_TRUE(std::abs(moved - height) < 1e-14 ||
+                        (moved == 0 && before.normals[p] == Point(0)))
+                << moved << " " << height;
+        }
+        for (const Point& n : t.normals)
+            ASSERT_NEAR(glm::length(n), 1, 1e-14);
+    }
+}
+
+/// The faces of the cube, bilinear, all edges sharp.
+TEST(Displace, CornersOfASharpCubeMoveAlongTheirDiagonal) {
+    const MeshData mesh = cube();
+    const Topology base = topology_of(mesh);
+    ResolvedFeatures features;
+    features.edge_sharpness.assign(base.n_edges, kInfinitelySharp);
+    const RateArrays rates = random_rates(base, 5, 4);
+    Tessellation t = tessellate(base, features, rates, [&](const QuarterPoint& q) {
+        const Address a = to_address(base, q);
+        const Index first = base.face_offsets[a.face];
+        const auto at = [&](Index c) { return mesh.positions[base.vertex[first + c]]; };
+        SurfaceJet<double> jet;
+        jet.du = at(1) - at(0);
+        jet.dv = at(3) - at(0);
+        jet.p = at(0) + a.u * jet.du + a.v * jet.dv;
+        return jet;
+    });
+    const Tessellation before = t;
+    displace(t, [](const Address&, const Point&, const Point&) { return 0.1; });
+    expect_closed(t, base, features, rates);
+    const double side = std::abs(mesh.positions[0].x);  // half of it
+    for (std::size_t p = 0; p < t.positions.size(); ++p) {
+        Point outwards(0);
+        for (int k = 0; k < 3; ++k) {
+            const double x = before.positions[p][k];
+            if (std::abs(std::abs(x) - side) < 1e-12)
+                outwards[k] = x > 0 ? 1 : -1;
+        }
+        const Point expected = before.positions[p] + 0.1 * glm::normalize(outwards);
+        ASSERT_LT(glm::distance(t.positions[p], expected), 1e-14);
+    }
+    EXPECT_EQ(t.normals.size(), before.normals.size());
+
+    // Kept on request; and of flat facets those of the facets are the same.
+    Tessellation kept = before, same = before;
+    displace(
+        kept, [](const Address&, const Point&, const Point&) { return 0.1; },
+        DisplacedNormals::Keep);
+    EXPECT_TRUE(kept.normals == before.normals);
+    EXPECT_TRUE(kept.positions == t.positions);
+    displace(same, [](const Address&, const Point&, const Point&) { return 0.0; });
+    for (std::size_t i = 0; i < same.normals.size(); ++i)
+        ASSERT_LT(glm::distance(same.normals[i], before.normals[i]), 1e-14);
+}
+
+// Normals of facets converge to those of the surface.
+TEST(Displace, NormalsOfFacetsAreNearlyThoseOfTheSurface) {
+    const Surface s = surface_of(cube());
+    Tessellation t = s.tessellate(32);
+    const auto exact = t.normals;
+    set_facet_normals(t);
+    for (std::size_t i = 0; i < exact.size(); ++i)
+        ASSERT_LT(glm::distance(t.normals[i], exact[i]), 0.02);
+}
+
+/// A checkerboard on each face, so that every edge of the mesh is a seam and the heights on its
+/// sides differ.
+MeshData with_uvs_of_each_face(MeshData mesh) {
+    std::mt19937 random(1);
+    mesh.uvs.clear();
+    mesh.face_uvs.clear();
+    for (std::size_t i = 0; i < mesh.face_vertices.size(); ++i) {
+        mesh.face_uvs.push_back(static_cast<Index>(mesh.uvs.size()));
+        mesh.uvs.push_back(
+            {double(random() % 1000) / 1000, double(random() % 1000) / 1000});
+    }
+    return mesh;
+}
+
+TEST(Displace, ByATextureHasNoCracksAtSeams) {
+    for (const MeshData& plain : {cube(), prism(5), torus(4, 5)}) {
+        const MeshData mesh = with_uvs_of_each_face(random_displaced(plain, 2, 0.1));
+        const Surface s = surface_of(mesh);
+        const auto texture = TextureSurface::build(mesh);
+        ASSERT_TRUE(texture);
+        const RateArrays rates = random_rates(s.base(), 4);
+        Tessellation t = s.tessellate(rates);
+        texture->add_to(t, s.base(), rates);
+        const Tessellation before = t;
+        displace(t, [&](const Address& a, const Point&, const Point&) {
+            const Vec2<double> uv = texture->evaluate(a).p;
+            return 0.05 * std::sin(20 * uv.x) * std::sin(20 * uv.y);
+        });
+        expect_closed(t, s.base(), s.features(), rates);
+        EXPECT_FALSE(t.positions == before.positions);
+        // The texture coordinates are those of each corner's side, the heights of one.
+        ASSERT_EQ(t.facet_texcoords.size(), t.facet_points.size());
+        for (std::size_t f = 0, c = 0; f < t.facet_sizes.size(); ++f) {
+            for (Index i = 0; i < t.facet_sizes[f]; ++i, ++c) {
+                const auto uv = texture->evaluate(
+                    Address{t.facet_faces[f], t.facet_uvs[c].x, t.facet_uvs[c].y});
+                // From the face on the other side, perhaps: some ulps.
+                ASSERT_LT(glm::length(uv.p - t.texcoords[t.facet_texcoords[c]]), 1e-14);
+            }
+        }
+        EXPECT_GT(t.texcoords.size(), t.positions.size());
+    }
 }
 
 }  // namespace
