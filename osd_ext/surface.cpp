@@ -354,4 +354,8 @@ Result<Tessellation> Surface::tessellate(int rate, Progress& progress) const {
     });
 }
 
+Tessellation Surface::tessellate(const TessellationRates& rates) const {
+    return osdx::tessellate(evaluator(), impl_->points, rates);
+}
+
 }  // namespace osdx::inline OSDX_ABI

@@ -24,6 +24,7 @@ namespace osdx::inline OSDX_ABI {
 class Evaluator;
 class PatchTable;
 struct ResolvedFeatures;
+struct TessellationRates;
 struct Topology;
 
 /// A smooth surface over a polygon mesh, closed or open, with creases, corners and holes:
@@ -130,10 +131,10 @@ public:
     void add_base_weights(const Address& where, int r, double scale,
                           std::span<double> weights) const;
 
-    /// \pre rate >= 1
     Tessellation tessellate(int rate) const;
     /// The same as work that may be cancelled.
     Result<Tessellation> tessellate(int rate, Progress& progress) const;
+    Tessellation tessellate(const TessellationRates& rates) const;
 
 private:
     struct Impl;

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cassert>
 #include <cstdint>
-#include <memory>
-#include <numeric>
+#include <unordered_map>
 #include <utility>
 
+#include <osdx/evaluate_addresses.h>
 #include <osdx/evaluator.h>
 #include <osdx/grid_evaluator.h>
 #include <osdx/patch_table.h>
@@ -15,6 +15,7 @@
 #include <osdx/surface_function.h>
 #include <osdx/tessellate.h>
 #include <osdx/tessellation.h>
+#include <osdx/tessellation_rates.h>
 #include <osdx/topology.h>
 
 #include "far/parallel.h"
@@ -22,100 +23,171 @@
 namespace osdx::inline OSDX_ABI {
 namespace {
 
-/// The facets of a face of n corners at a rate, and its points by local numbers.
-///
-/// The points lie on rings: ring k at k/rate from the edges, with rate - 2k segments on each
-/// side; a ring without segments is the centre. Point j of side i of ring 0 has the number
-/// i rate + j; those of the other rings follow.
-struct Pattern {
-    std::vector<QuarterPoint> points;  ///< quarter: the corner
-    std::vector<Address> addresses;    ///< of the points, in a face 0
-    std::vector<Index> samples;  ///< of GridEvaluator at the points, or kInvalidIndex
-    std::vector<Index> facet_sizes;
-    std::vector<Index> corners;     ///< of facets: points
-    std::vector<Vec2<double>> uvs;  ///< of these
+/// A point of a face.
+struct Place {
+    QuarterPoint point;  ///< quarter: the corner
+    Address address;     ///< in a face 0
+    Index sample;        ///< of GridEvaluator at the rate, or kInvalidIndex
+};
 
+/// Some facets of a face. Their corners are inner points, ~number, or points on the edges:
+/// those from the last one before the side on, so that 1 is the start of the side.
+struct Part {
+    std::vector<Place>
+        places;  ///< inner points; of a side those on its edge but the last
+    std::vector<Index> facet_sizes;
+    std::vector<std::int32_t> corners;
+    std::vector<Vec2<double>> uvs;  ///< of these
+};
+
+/// The parts of the faces of n corners with a rate inside.
+///
+/// The points lie on rings: ring 0 on the edges, at the rates of these; ring k at k/rate from
+/// the edges, with rate - 2k segments on each side; a ring without segments is the centre.
+/// Strips of facets join each ring to the next one. Those from ring 0 are parts of their own,
+/// one for each side; the others are the inside.
+class Pattern {
+public:
     Pattern(Index n, int rate) : n_(static_cast<int>(n)), rate_(rate) {
         // A mesh of this face alone, whose halfedges are its corners.
         base_.face_offsets = {0, n};
         base_.faces.assign(n, 0);
-        std::vector<Index> outer = add_ring(0);
-        int k = 0;
-        for (; rate - 2 * k >= 2; ++k) {
-            std::vector<Index> inner = add_ring(k + 1);
-            const int m = rate - 2 * k;
-            const auto out = [&](int i, int j) { return outer[((i + n_) % n_) * m + j]; };
-            const auto in = [&](int i, int j) {
-                return inner[(i * (m - 2) + j) % static_cast<int>(inner.size())];
-            };
-            for (int i = 0; i < n_; ++i) {
-                add_facet(i, {out(i, 0), out(i, 1), in(i, 0), out(i - 1, m - 1)});
-                for (int j = 1; j + 1 < m; ++j) {
-                    const bool second_half = 2 * (k + j) + 1 > rate;
-                    add_facet((i + second_half) % n_,
-                              {out(i, j), out(i, j + 1), in(i, j), in(i, j - 1)});
-                }
-                // The last facet of a side is the first of the next.
-            }
-            outer = std::move(inner);
-        }
-        if (rate % 2 == 0)
-            return;
-        // The innermost ring of an odd rate has one segment a side.
-        if (n == 3) {
-            add_facet(0, {outer[0], outer[1], outer[2]});
-        } else if (n == 4) {
-            add_facet(0, {outer[0], outer[1], outer[2], outer[3]});
-        } else {
-            const Index centre = add_centre();
-            samples.back() = kInvalidIndex;  // between the samples
-            for (int i = 0; i < n_; ++i)
-                add_facet(i, {outer[i], outer[(i + 1) % n_], centre});
-        }
     }
 
-    Index n_outer() const { return static_cast<Index>(n_ * rate_); }
-    Index n_inner() const { return static_cast<Index>(points.size()) - n_outer(); }
+    Part inside() const {
+        Part part;
+        for (int k = 1; rate_ - 2 * k >= 0; ++k) {
+            if (rate_ == 2 * k)
+                part.places.push_back(centre());
+            for (int i = 0; i < n_ && rate_ > 2 * k; ++i) {
+                for (int j = 0; j < rate_ - 2 * k; ++j)
+                    part.places.push_back(place(i, k + j, k, rate_));
+            }
+        }
+        for (int k = 1; rate_ - 2 * k >= 2; ++k) {
+            for (int i = 0; i < n_; ++i)
+                add_strip(part, i, {k, rate_ - 2 * k, rate_}, k + 1, true, true);
+        }
+        if (rate_ % 2 == 0)
+            return part;
+        // The innermost ring of an odd rate has one segment a side.
+        const int k = rate_ / 2;
+        const auto at = [&](int i) {
+            return k > 0 ? ring_point(k, i % n_, 0)
+                         : Corner{1 + i % n_, place(i % n_, 0, 0, 1).point};
+        };
+        if (n_ == 3) {
+            add_facet(part, 0, {at(0), at(1), at(2)});
+        } else if (n_ == 4) {
+            add_facet(part, 0, {at(0), at(1), at(2), at(3)});
+        } else {
+            const Corner last{~static_cast<int>(part.places.size()), centre().point};
+            part.places.push_back(centre());
+            part.places.back().sample = kInvalidIndex;  // between the samples
+            for (int i = 0; i < n_; ++i)
+                add_facet(part, i, {at(i), at(i + 1), last});
+        }
+        return part;
+    }
+
+    /// \param segments  of the edge
+    /// \param joined_before, joined_after  the facets at the corner are one quad, which belongs
+    ///        to the side after it; where this side and that one have the rate of the inside
+    Part side(int i, int segments, bool joined_before, bool joined_after) const {
+        Part part;
+        for (int j = 0; j < segments; ++j)
+            part.places.push_back(place(i, j, 0, segments));
+        if (rate_ > 1)
+            add_strip(part, i, {0, segments, segments}, 1, joined_before, joined_after);
+        return part;
+    }
 
 private:
-    /// The point x/rate and y/rate along the edges from a corner.
-    Index add_point(int corner, int x, int y) {
-        const QuarterPoint p{static_cast<Index>(corner), 2.0 * x / rate_,
-                             2.0 * y / rate_};
-        points.push_back(p);
-        addresses.push_back(to_address(base_, p));
+    struct Corner {
+        int number;
+        QuarterPoint point;
+    };
+    /// A side of a ring: point j at (first + j)/rate of the edge.
+    struct Chain {
+        int first, segments, rate;
+        /// Twice the parameter of the middle of segment j, times the rate.
+        std::int64_t middle(int j) const { return 2 * (first + j) + 1; }
+        bool in_second_half(int j) const { return middle(j) > rate; }
+    };
+
+    /// The point at along/rate of side i and across/rate from it.
+    Place place(int i, int along, int across, int rate) const {
+        const bool second_half = 2 * along > rate;
+        const int corner = (i + second_half) % n_;
+        const int x = second_half ? across : along,
+                  y = second_half ? rate - along : across;
+        Place p;
+        p.point = {static_cast<Index>(corner), 2.0 * x / rate, 2.0 * y / rate};
+        p.address = to_address(base_, p.point);
         if (n_ == 4) {
             const auto at =
-                rate_ * square_corner<int>(corner) + turn(Vec2<int>(x, y), corner);
-            samples.push_back(static_cast<Index>(at.y * (rate_ + 1) + at.x));
+                rate * square_corner<int>(corner) + turn(Vec2<int>(x, y), corner);
+            p.sample = static_cast<Index>(at.y * (rate + 1) + at.x);
         } else {
-            const int row = rate_ / 2 + 1;
-            samples.push_back(static_cast<Index>((corner * row + y) * row + x));
+            const int row = rate / 2 + 1;
+            p.sample = static_cast<Index>((corner * row + y) * row + x);
         }
-        return static_cast<Index>(points.size() - 1);
+        return p;
     }
 
-    Index add_centre() {
-        const Index centre = add_point(0, rate_ / 2, rate_ / 2);
-        points[centre].x = points[centre].y = 1;
-        addresses[centre] = to_address(base_, points[centre]);
-        return centre;
+    Place centre() const {
+        Place p = place(0, rate_ / 2, rate_ / 2, rate_);
+        p.point = {0, 1, 1};
+        p.address = to_address(base_, p.point);
+        return p;
     }
 
-    std::vector<Index> add_ring(int k) {
-        const int segments = rate_ - 2 * k;
+    /// Point j of side i of a ring that is not the outer one.
+    Corner ring_point(int k, int i, int j) const {
+        // Rings 1 to k - 1 have n (rate - 2) .. n (rate - 2 (k - 1)) points.
+        const int first = n_ * (k - 1) * (rate_ - k), segments = rate_ - 2 * k;
         if (segments == 0)
-            return {add_centre()};
-        std::vector<Index> ring;
-        for (int i = 0; i < n_; ++i) {
-            for (int j = 0; j < segments; ++j) {
-                const int along = k + j;
-                ring.push_back(2 * along <= rate_
-                                   ? add_point(i, along, k)
-                                   : add_point((i + 1) % n_, k, rate_ - along));
-            }
+            return {~first, centre().point};
+        return {~(first + (i * segments + j) % (n_ * segments)),
+                place(i, k + j, k, rate_).point};
+    }
+
+    /// Facets between side i of a ring and that of ring k, next to it: a triangle for each
+    /// segment in the order of their middles, a quad for two whose middles are abreast.
+    void add_strip(Part& part, int i, const Chain& outer, int k, bool joined_before,
+                   bool joined_after) const {
+        const Chain inner{k, rate_ - 2 * k, rate_};
+        const auto out = [&](int j) -> Corner {
+            const int side = j < 0 ? (i + n_ - 1) % n_ : i,
+                      at = j < 0 ? outer.segments + j : j;
+            if (k > 1)
+                return ring_point(k - 1, side, at);
+            return {1 + j, place(side, at, 0, outer.rate).point};
+        };
+        const auto in = [&](int j) { return ring_point(k, i, j); };
+        int o = 0, p = 0;
+        if (joined_before) {
+            add_facet(part, i, {out(0), out(1), in(0), out(-1)});
+            o = 1;
         }
-        return ring;
+        const int end = outer.segments - joined_after;
+        while (o < end || p < inner.segments) {
+            const std::int64_t a = outer.middle(o) * inner.rate,
+                               b = inner.middle(p) * outer.rate;
+            const bool outer_next = p == inner.segments || (o < end && a <= b),
+                       inner_next = o == end || (p < inner.segments && b <= a);
+            const int quarter =
+                (i + (outer_next ? outer.in_second_half(o) : inner.in_second_half(p))) %
+                n_;
+            if (outer_next && inner_next)
+                add_facet(part, quarter, {out(o), out(o + 1), in(p + 1), in(p)});
+            else if (outer_next)
+                add_facet(part, quarter, {out(o), out(o + 1), in(p)});
+            else
+                add_facet(part, quarter, {out(o), in(p + 1), in(p)});
+            o += outer_next;
+            p += inner_next;
+        }
     }
 
     /// The same point in the frame of another quarter, if it lies there.
@@ -129,13 +201,13 @@ private:
         return p;
     }
 
-    void add_facet(int quarter, std::initializer_list<Index> facet) {
-        facet_sizes.push_back(static_cast<Index>(facet.size()));
-        for (const Index p : facet) {
+    void add_facet(Part& part, int quarter, std::initializer_list<Corner> facet) const {
+        part.facet_sizes.push_back(static_cast<Index>(facet.size()));
+        for (const Corner& c : facet) {
             const Address a =
-                to_address(base_, in_quarter(points[p], static_cast<Index>(quarter)));
-            corners.push_back(p);
-            uvs.emplace_back(a.u, a.v);
+                to_address(base_, in_quarter(c.point, static_cast<Index>(quarter)));
+            part.corners.push_back(c.number);
+            part.uvs.emplace_back(a.u, a.v);
         }
     }
 
@@ -143,10 +215,65 @@ private:
     Topology base_;
 };
 
+/// The parts that occur, each made once.
+class Parts {
+public:
+    const Part& operator[](Index i) const { return parts_[i]; }
+
+    Index inside(Index n, int rate) {
+        return find({n, rate, kInvalidIndex, 0, 0},
+                    [&] { return Pattern(n, rate).inside(); });
+    }
+    /// \param segments, before, after  of the edge, and of those before and after it
+    Index side(Index n, int rate, Index i, int segments, int before, int after) {
+        const bool plain = segments == rate && rate > 1;
+        const bool joined_before = plain && before == rate,
+                   joined_after = plain && after == rate;
+        return find({n, rate, i, segments, 2 * joined_before + joined_after}, [&] {
+            return Pattern(n, rate).side(static_cast<int>(i), segments, joined_before,
+                                         joined_after);
+        });
+    }
+
+private:
+    struct Key {
+        Index n;
+        int rate;
+        Index side;  ///< kInvalidIndex: the inside
+        int segments, joined;
+        bool operator==(const Key&) const = default;
+    };
+    struct Hash {
+        std::size_t operator()(const Key& key) const {
+            std::uint64_t h = 0;
+            for (const std::uint64_t part :
+                 {std::uint64_t(key.n), std::uint64_t(key.rate), std::uint64_t(key.side),
+                  std::uint64_t(key.segments), std::uint64_t(key.joined)})
+                h = (h ^ part) * 0x9e3779b97f4a7c15u, h ^= h >> 32;
+            return static_cast<std::size_t>(h);
+        }
+    };
+
+    template <class Make>
+    Index find(const Key& key, Make&& make) {
+        const auto [at, is_new] =
+            numbers_.try_emplace(key, static_cast<Index>(parts_.size()));
+        if (is_new)
+            parts_.push_back(make());
+        return at->second;
+    }
+
+    std::vector<Part> parts_;
+    std::unordered_map<Key, Index, Hash> numbers_;
+};
+
 class Tessellator {
 public:
-    Tessellator(const Topology& base, const ResolvedFeatures& features, int rate)
-        : base_(base), features_(features), rate_(rate) {
+    Tessellator(const Topology& base, const ResolvedFeatures& features,
+                const TessellationRates& rates)
+        : base_(base), features_(features), rates_(rates) {
+        assert(rates.edges.empty() || rates.edges.size() == base.n_edges);
+        assert(rates.faces.empty() || rates.faces.size() == base.n_faces());
         number_vertices();
         number_edges();
         number_faces();
@@ -166,20 +293,26 @@ public:
             if (is_hole(face))
                 return;
             add_facets(face);
-            const Pattern& pattern = pattern_of(face);
-            const Index first = base_.face_offsets[face];
-            add_points(face, [&](Index local) {
-                QuarterPoint p = pattern.points[local];
-                p.quarter += first;
-                return surface(p);
+            for_each_own(face, [&](const Place& place, Index number) {
+                add_jet(face, place, number, surface(in_mesh(place.point, face)));
             });
         });
         return std::move(out_);
     }
 
     Tessellation build(const Evaluator& evaluator, std::span<const Vec3<double>> points) {
+        if (common_rate_ > 0)
+            build_grids(evaluator, points);
+        else
+            build_addresses(evaluator, points);
+        return std::move(out_);
+    }
+
+private:
+    /// Where all rates are equal.
+    void build_grids(const Evaluator& evaluator, std::span<const Vec3<double>> points) {
         const GridEvaluator<double> grid(
-            evaluator, rate_, {.native_at_borders = true, .min_table_uses = 2});
+            evaluator, common_rate_, {.native_at_borders = true, .min_table_uses = 2});
         grid.for_each_block(points, [&](const SampleBlock<double>& block) {
             const auto at = [&](int r, std::size_t sample) {
                 const double* v = block.values[r] + 3 * sample;
@@ -190,23 +323,57 @@ public:
                 if (is_hole(face))
                     continue;
                 add_facets(face);
-                const Pattern& pattern = pattern_of(face);
                 const std::size_t first = grid.first_sample(face) - block.first_sample;
-                add_points(face, [&](Index local) -> SurfaceJet<double> {
-                    const Index sample = pattern.samples[local];
-                    if (sample != kInvalidIndex)
-                        return {at(0, first + sample), at(1, first + sample),
-                                at(2, first + sample)};
-                    QuarterPoint p = pattern.points[local];
-                    p.quarter += base_.face_offsets[face];
-                    return evaluator.evaluate<double, 1>(points, p, Chart::Native);
+                for_each_own(face, [&](const Place& place, Index number) {
+                    const std::size_t sample = first + place.sample;
+                    add_jet(face, place, number,
+                            place.sample != kInvalidIndex
+                                ? SurfaceJet<double>{at(0, sample), at(1, sample),
+                                                     at(2, sample)}
+                                : evaluator.evaluate<double, 1>(
+                                      points, in_mesh(place.point, face), Chart::Native));
                 });
             }
         });
-        return std::move(out_);
     }
 
-private:
+    void build_addresses(const Evaluator& evaluator,
+                         std::span<const Vec3<double>> points) {
+        Buffer<Address> sides(n_sides_);
+        for_each_face([&](Index face) {
+            if (is_hole(face))
+                return;
+            add_facets(face);
+            for_each_own(face, [&](const Place& place, Index number) {
+                (number < n_points_ ? out_.addresses[number]
+                                    : sides[number - n_points_]) = {face, place.address.u,
+                                                                    place.address.v};
+            });
+        });
+        const std::span<const double> values(&points.data()->x, 3 * points.size());
+        std::vector<double> jets;
+        const auto evaluate = [&](std::span<const Address> all, Index first_normal) {
+            constexpr std::size_t kMany = std::size_t(1) << 16;  // 5 MB of jets
+            for (std::size_t begin = 0; begin < all.size(); begin += kMany) {
+                const auto where =
+                    all.subspan(begin, std::min(kMany, all.size() - begin));
+                jets.resize(9 * where.size());
+                evaluate_addresses<double>(evaluator, values, 3, where, 1, Chart::Native,
+                                           channels(jets.data(), 9));
+                detail::for_each_index(where.size(), [&](Index i) {
+                    const double* v = jets.data() + 9 * std::size_t(i);
+                    const auto number = static_cast<Index>(first_normal + begin + i);
+                    if (number < n_points_)
+                        out_.positions[number] = {v[0], v[1], v[2]};
+                    out_.normals[number] =
+                        unit_normal({v[3], v[4], v[5]}, {v[6], v[7], v[8]});
+                });
+            }
+        };
+        evaluate(out_.addresses, 0);
+        evaluate(sides, n_points_);
+    }
+
     template <class F>
     void for_each_face(F&& f) const {
         detail::for_each_range(base_.n_faces(), 64, [&](Index begin, Index end) {
@@ -217,8 +384,12 @@ private:
 
     bool is_hole(Index face) const { return features_.is_hole(face); }
     bool is_sharp(Index edge) const { return is_infinitely_sharp(features_.edge(edge)); }
-    const Pattern& pattern_of(Index face) const {
-        return *patterns_[base_.face_size(face)];
+    int edge_rate(Index edge) const {
+        return std::max(1, rates_.edges.empty() ? rates_.rate : rates_.edges[edge]);
+    }
+    QuarterPoint in_mesh(QuarterPoint p, Index face) const {
+        p.quarter += base_.face_offsets[face];
+        return p;
     }
 
     void number_vertices() {
@@ -276,6 +447,10 @@ private:
         }
     }
 
+    Index inner_points(Index edge) const {
+        return static_cast<Index>(edge_rate(edge) - 1);
+    }
+
     /// Inner points of edges, from the first face of each that is no hole.
     void number_edges() {
         edge_owner_.assign(base_.n_edges, kInvalidIndex);
@@ -288,124 +463,168 @@ private:
             if (edge_owner_[e] == kInvalidIndex) {
                 edge_owner_[e] = h;
                 edge_point_[e] = n_points_;
-                n_points_ += static_cast<Index>(rate_ - 1);
+                n_points_ += inner_points(e);
             } else if (is_sharp(e)) {
                 edge_side_[e] = n_sides_;
-                n_sides_ += static_cast<Index>(rate_ - 1);
+                n_sides_ += inner_points(e);
             }
         }
     }
 
     void number_faces() {
         faces_.reserve(base_.n_faces() + 1);
-        Face next{n_points_, 0, 0};
+        side_parts_.resize(base_.n_halfedges());
+        std::vector<int> rates, last_rates;  // of the edges, then that inside
+        Face next{n_points_, kInvalidIndex, 0, 0};
+        Index last_face = kInvalidIndex;
         for (Index f = 0; f < base_.n_faces(); ++f) {
-            faces_.push_back(next);
-            if (is_hole(f))
+            if (is_hole(f)) {
+                faces_.push_back(next);
                 continue;
-            const Index n = base_.face_size(f);
-            if (patterns_.size() <= n)
-                patterns_.resize(n + 1);
-            if (!patterns_[n])
-                patterns_[n] = std::make_unique<const Pattern>(n, rate_);
-            next.point += patterns_[n]->n_inner();
-            next.facet += patterns_[n]->facet_sizes.size();
-            next.corner += patterns_[n]->corners.size();
+            }
+            const Index first = base_.face_offsets[f], n = base_.face_size(f);
+            rates.clear();
+            for (Index i = 0; i < n; ++i)
+                rates.push_back(edge_rate(base_.edge[first + i]));
+            const int rate = inside_rate(f, rates);
+            rates.push_back(rate);
+            if (rates != last_rates) {
+                next.inside = parts_.inside(n, rate);
+                for (Index i = 0; i < n; ++i) {
+                    side_parts_[first + i] = parts_.side(
+                        n, rate, i, rates[i], rates[(i + n - 1) % n], rates[(i + 1) % n]);
+                }
+                const bool equal = std::ranges::count(rates, rate) == n + 1;
+                const bool as_before = last_face == kInvalidIndex || rate == common_rate_;
+                common_rate_ = equal && as_before ? rate : 0;
+                std::swap(rates, last_rates);
+            } else {
+                const auto last = side_parts_.begin() + base_.face_offsets[last_face];
+                std::copy_n(last, n, side_parts_.begin() + first);
+            }
+            last_face = f;
+            faces_.push_back(next);
+            for (Index h = first; h < first + n; ++h) {
+                next.facet += parts_[side_parts_[h]].facet_sizes.size();
+                next.corner += parts_[side_parts_[h]].corners.size();
+            }
+            const Part& inside = parts_[next.inside];
+            next.point += static_cast<Index>(inside.places.size());
+            next.facet += inside.facet_sizes.size();
+            next.corner += inside.corners.size();
         }
         faces_.push_back(next);
         n_points_ = next.point;
     }
 
-    /// Calls f(local point, number of the point, number of its normal) for the points on the
-    /// edges of a face.
+    /// \param edges  rates of the edges of the face
+    int inside_rate(Index face, std::span<const int> edges) const {
+        const int largest = std::ranges::max(edges);
+        const int rate = std::max(1, rates_.faces.empty() ? largest : rates_.faces[face]);
+        return rate == 1 && largest > 1 ? 2 : rate;
+    }
+
+    void add_facets(Index face) {
+        std::vector<Index>& points = outer_points_.local();
+        std::vector<Index>& normals = outer_normals_.local();
+        points.assign(1, 0);
+        normals.assign(1, 0);
+        for_each_outer(face, [&](Index point, Index normal) {
+            points.push_back(point);
+            normals.push_back(normal);
+        });
+        // The last one is before the first one too, and the first one after the last one.
+        points.front() = points.back();
+        normals.front() = normals.back();
+        points.push_back(points[1]);
+        normals.push_back(normals[1]);
+
+        const Face& at = faces_[face];
+        Index* sizes = out_.facet_sizes.data() + at.facet;
+        Index* out_points = out_.facet_points.data() + at.corner;
+        Index* out_normals = out_.facet_normals.data() + at.corner;
+        Vec2<double>* uvs = out_.facet_uvs.data() + at.corner;
+        const auto add = [&](const Part& part, std::size_t first) {
+            sizes = std::ranges::copy(part.facet_sizes, sizes).out;
+            uvs = std::ranges::copy(part.uvs, uvs).out;
+            for (const std::int32_t c : part.corners) {
+                const Index inner = at.point + static_cast<Index>(~c);
+                *out_points++ = c < 0 ? inner : points[first + static_cast<Index>(c)];
+                *out_normals++ = c < 0 ? inner : normals[first + static_cast<Index>(c)];
+            }
+        };
+        std::size_t first = 0;
+        for (Index h = base_.face_offsets[face]; h < base_.face_offsets[face + 1]; ++h) {
+            const Part& side = parts_[side_parts_[h]];
+            add(side, first);
+            first += side.places.size();
+        }
+        add(parts_[at.inside], 0);
+        std::fill(out_.facet_faces.data() + at.facet,
+                  out_.facet_faces.data() + faces_[face + 1].facet, face);
+    }
+
+    /// Calls f(number of the point, number of its normal) for the points on the edges of a
+    /// face.
     template <class F>
     void for_each_outer(Index face, F&& f) const {
-        Index local = 0;
         for (Index h = base_.face_offsets[face]; h < base_.face_offsets[face + 1]; ++h) {
             const Index v = base_.vertex[h], e = base_.edge[h];
             const auto normal_of = [&](Index point, Index side) {
                 return side == kInvalidIndex ? point : n_points_ + side;
             };
-            f(local++, vertex_point_[v], normal_of(vertex_point_[v], vertex_side_[h]));
-            const Index first = edge_point_[e];
-            for (Index j = 1; j < static_cast<Index>(rate_); ++j) {
+            f(vertex_point_[v], normal_of(vertex_point_[v], vertex_side_[h]));
+            const Index first = edge_point_[e], n = inner_points(e);
+            for (Index j = 0; j < n; ++j) {
                 if (edge_owner_[e] == h) {
-                    f(local++, first + j - 1, first + j - 1);
+                    f(first + j, first + j);
                     continue;
                 }
-                const Index point = first + static_cast<Index>(rate_) - 1 - j;
-                f(local++, point,
-                  edge_side_[e] == kInvalidIndex ? point
-                                                 : n_points_ + edge_side_[e] + j - 1);
+                const Index point = first + n - 1 - j;
+                f(point,
+                  edge_side_[e] == kInvalidIndex ? point : n_points_ + edge_side_[e] + j);
             }
         }
     }
 
-    void add_facets(Index face) {
-        const Pattern& pattern = pattern_of(face);
-        const Face& at = faces_[face];
-        std::ranges::copy(pattern.facet_sizes, out_.facet_sizes.begin() + at.facet);
-        std::fill_n(out_.facet_faces.begin() + at.facet, pattern.facet_sizes.size(),
-                    face);
-        std::ranges::copy(pattern.uvs, out_.facet_uvs.begin() + at.corner);
-        std::vector<Index>& points = point_numbers_.local();
-        std::vector<Index>& normals = normal_numbers_.local();
-        points.resize(pattern.points.size());
-        normals.resize(pattern.points.size());
-        for_each_outer(face, [&](Index local, Index point, Index normal) {
-            points[local] = point;
-            normals[local] = normal;
-        });
-        std::iota(points.begin() + pattern.n_outer(), points.end(), at.point);
-        std::iota(normals.begin() + pattern.n_outer(), normals.end(), at.point);
-        Index* out_points = out_.facet_points.data() + at.corner;
-        Index* out_normals = out_.facet_normals.data() + at.corner;
-        for (const Index c : pattern.corners) {
-            *out_points++ = points[c];
-            *out_normals++ = normals[c];
-        }
-    }
-
-    /// The points and normals that are this face's to make.
-    /// \param surface  surface(local point) gives the jet there
+    /// Calls f(place, number of the normal) for those that are this face's to make; the number
+    /// is that of the point too, or of a further side from n_points_ on.
     template <class F>
-    void add_points(Index face, F&& surface) {
-        const Pattern& pattern = pattern_of(face);
-        const auto add_point = [&](Index local, Index point) {
-            const SurfaceJet<double> jet = surface(local);
-            out_.positions[point] = jet.p;
-            out_.normals[point] = unit_normal(jet.du, jet.dv);
-            out_.addresses[point] = {face, pattern.addresses[local].u,
-                                     pattern.addresses[local].v};
-        };
-        const auto add_normal = [&](Index local, Index side) {
-            const SurfaceJet<double> jet = surface(local);
-            out_.normals[n_points_ + side] = unit_normal(jet.du, jet.dv);
-        };
-        Index local = 0;
-        for (Index h = base_.face_offsets[face]; h < base_.face_offsets[face + 1];
-             ++h, local += static_cast<Index>(rate_)) {
+    void for_each_own(Index face, F&& f) const {
+        for (Index h = base_.face_offsets[face]; h < base_.face_offsets[face + 1]; ++h) {
+            const std::vector<Place>& places = parts_[side_parts_[h]].places;
             const Index v = base_.vertex[h], e = base_.edge[h], side = vertex_side_[h];
             if (vertex_owner_[v] == h)
-                add_point(local, vertex_point_[v]);
+                f(places[0], vertex_point_[v]);
             else if (side != kInvalidIndex && side_owner_[side] == h)
-                add_normal(local, side);
-            for (Index j = 1; j < static_cast<Index>(rate_); ++j) {
+                f(places[0], n_points_ + side);
+            for (Index j = 1; j < static_cast<Index>(places.size()); ++j) {
                 if (edge_owner_[e] == h)
-                    add_point(local + j, edge_point_[e] + j - 1);
+                    f(places[j], edge_point_[e] + j - 1);
                 else if (edge_side_[e] != kInvalidIndex)
-                    add_normal(local + j, edge_side_[e] + j - 1);
+                    f(places[j], n_points_ + edge_side_[e] + j - 1);
             }
         }
-        for (Index i = 0; i < pattern.n_inner(); ++i)
-            add_point(local + i, faces_[face].point + i);
+        Index point = faces_[face].point;
+        for (const Place& place : parts_[faces_[face].inside].places)
+            f(place, point++);
+    }
+
+    void add_jet(Index face, const Place& place, Index number,
+                 const SurfaceJet<double>& jet) {
+        out_.normals[number] = unit_normal(jet.du, jet.dv);
+        if (number >= n_points_)
+            return;
+        out_.positions[number] = jet.p;
+        out_.addresses[number] = {face, place.address.u, place.address.v};
     }
 
     const Topology& base_;
     const ResolvedFeatures& features_;
-    int rate_;
+    TessellationRates rates_;
     Tessellation out_;
-    std::vector<std::unique_ptr<const Pattern>> patterns_;  // by the number of corners
+    Parts parts_;
+    int common_rate_ = 0;  // of all edges and faces; 0: they differ
     /// Points: vertices, edges, then those inside of each face. Sides, where there are other
     /// normals at a point: vertices, then edges.
     Index n_points_ = 0, n_sides_ = 0;
@@ -413,29 +632,39 @@ private:
     std::vector<Index> vertex_side_;  // per halfedge, at its start; or kInvalidIndex
     std::vector<Index> side_owner_;   // per side of a vertex: a halfedge there
     std::vector<Index> edge_owner_;   // per edge: the halfedge along which its points run
-    std::vector<Index> edge_point_;   // per edge: the first of its rate - 1 inner points
+    std::vector<Index> edge_point_;   // per edge: the first of its inner points
     std::vector<Index> edge_side_;    // its sides, along the other halfedge
     struct Face {
-        Index point;  // the first of those inside
+        Index point;   // the first of those inside
+        Index inside;  // its part
         std::size_t facet, corner;
     };
     std::vector<Face> faces_;
-    detail::PerThread<std::vector<Index>> point_numbers_, normal_numbers_;
+    std::vector<Index> side_parts_;  // per halfedge
+    detail::PerThread<std::vector<Index>> outer_points_, outer_normals_;
 };
 
 }  // namespace
 
+Tessellation tessellate(const Topology& base, const ResolvedFeatures& features,
+                        const TessellationRates& rates, const SurfaceFunction& surface) {
+    return Tessellator(base, features, rates).build(surface);
+}
+
 Tessellation tessellate(const Topology& base, const ResolvedFeatures& features, int rate,
                         const SurfaceFunction& surface) {
-    assert(rate >= 1);
-    return Tessellator(base, features, rate).build(surface);
+    return tessellate(base, features, {.rate = rate}, surface);
+}
+
+Tessellation tessellate(const Evaluator& evaluator, std::span<const Vec3<double>> points,
+                        const TessellationRates& rates) {
+    const PatchTable& table = evaluator.table();
+    return Tessellator(table.base(), table.features(), rates).build(evaluator, points);
 }
 
 Tessellation tessellate(const Evaluator& evaluator, std::span<const Vec3<double>> points,
                         int rate) {
-    assert(rate >= 1);
-    const PatchTable& table = evaluator.table();
-    return Tessellator(table.base(), table.features(), rate).build(evaluator, points);
+    return tessellate(evaluator, points, {.rate = rate});
 }
 
 std::vector<std::array<Index, 3>> triangle_corners(const Tessellation& t) {

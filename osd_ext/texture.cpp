@@ -100,11 +100,27 @@ TextureJet TextureSurface::interpolate(const QuarterPoint& where) const noexcept
 }
 
 void TextureSurface::add_to(Tessellation& t, int rate) const {
+    add(t, {.rate = rate});
+}
+
+void TextureSurface::add_to(Tessellation& t, const Topology& base,
+                            const TessellationRates& rates) const {
+    // The same corners; edges of the mesh have one each on both sides of a seam.
+    const Topology& cut = channel_->topology;
+    std::vector<int> edges(rates.edges.empty() ? 0 : cut.n_edges);
+    if (!edges.empty()) {
+        for (Index h = 0; h < cut.n_halfedges(); ++h)
+            edges[cut.edge[h]] = rates.edges[base.edge[h]];
+    }
+    add(t, {rates.rate, edges, rates.faces});
+}
+
+void TextureSurface::add(Tessellation& t, const TessellationRates& rates) const {
     // The same facets over the other topology: what is shared there is shared here.
     ResolvedFeatures holes;
     holes.hole = channel_->features.hole;
     Tessellation own =
-        tessellate(channel_->topology, holes, rate, [this](const QuarterPoint& q) {
+        tessellate(channel_->topology, holes, rates, [this](const QuarterPoint& q) {
             SurfaceJet<double> jet;
             jet.p = Vec3<double>(evaluate(q).p, 0);
             return jet;

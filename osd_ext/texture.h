@@ -14,6 +14,7 @@
 #include <osdx/mesh_data.h>
 #include <osdx/patch_table.h>
 #include <osdx/tessellation.h>
+#include <osdx/tessellation_rates.h>
 
 namespace osdx::inline OSDX_ABI {
 
@@ -56,8 +57,12 @@ public:
     /// Fills texcoords and facet_texcoords.
     /// \pre the tessellation is one of the same mesh, with the same holes, at this rate
     void add_to(Tessellation& tessellation, int rate) const;
+    /// \pre besides, `base` is the topology of the mesh and these are its rates
+    void add_to(Tessellation& tessellation, const Topology& base,
+                const TessellationRates& rates) const;
 
 private:
+    void add(Tessellation& tessellation, const TessellationRates& of_channel) const;
     TextureSurface() = default;
     TextureJet interpolate(const QuarterPoint& where) const noexcept;
 

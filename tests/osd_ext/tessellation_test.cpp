@@ -300,11 +300,11 @@ TEST(Tessellation, HasANormalForEachSideOfSharpEdges) {
             for (Index f = 0; f < base.n_faces(); ++f)
                 given.hole[f] = random() % 8 == 0;
             const ResolvedFeatures features = resolve(base, std::move(given));
-            const int rate = 1 + static_cast<int>(random() % 4);
-            SCOPED_TRACE(testing::Message()
-                         << m.name << ", sparsity " << sparsity << ", rate " << rate);
+            const RateArrays rates = rates_of_edges(
+                base, [&](Index) { return 1 + static_cast<int>(random() % 4); });
+            SCOPED_TRACE(testing::Message() << m.name << ", sparsity " << sparsity);
             const Tessellation t =
-                tessellate(base, features, rate,
+                tessellate(base, features, rates,
                            [&](const QuarterPoint& q) { return tagged_jet(faces, q); });
 
             // By vertex, the least corner that a walk from each corner reaches.
