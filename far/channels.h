@@ -4,6 +4,10 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include <osdx/types.h>
 
@@ -36,6 +40,28 @@ Channels<T> channels(Vec3<T>* data) noexcept {
 template <class T>
 Channels<const T> channels(const Vec3<T>* data) noexcept {
     return {&data->x, 3, 3};
+}
+
+/// Channels with a name that own their values. "color" has red, green, blue and perhaps alpha,
+/// from 0 to 1 as a rule, in no colour space of ours.
+struct NamedChannels {
+    std::string name;
+    int n = 1;                   ///< 3 or 4 of "color"
+    std::vector<double> values;  ///< n of each element, one element after the other
+
+    Channels<const double> view() const noexcept { return {values.data(), n, n}; }
+};
+
+inline constexpr std::string_view kColorName = "color";
+
+/// Null where there is none.
+inline const NamedChannels* find_channels(std::span<const NamedChannels> all,
+                                          std::string_view name) noexcept {
+    for (const NamedChannels& c : all) {
+        if (c.name == name)
+            return &c;
+    }
+    return nullptr;
 }
 
 }  // namespace osdx::inline OSDX_ABI

@@ -1,7 +1,9 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
+#include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -95,6 +97,69 @@ Result<Texture> refine_texture(const MeshData& mesh, const Topology& base,
     return texture;
 }
 
+/// All channels by the rules of positions, three numbers of a vertex at a time.
+void refine_channels(const std::vector<NamedChannels>& channels,
+                     const UniformRefinement& refinement,
+                     std::vector<NamedChannels>& fine) {
+    struct Source {
+        std::size_t channels;
+        int k;
+    };
+    std::vector<Source> all;
+    for (std::size_t i = 0; i < channels.size(); ++i) {
+        const NamedChannels& c = channels[i];
+        fine.push_back({c.name, c.n, {}});
+        fine.back().values.resize(static_cast<std::size_t>(c.n) *
+                                  refinement.n_vertices());
+        for (int k = 0; k < c.n; ++k)
+            all.push_back({i, k});
+    }
+    if (all.empty())
+        return;
+    std::vector<Vec3<double>> in(refinement.n_base_points()),
+        out(refinement.n_vertices());
+    for (std::size_t first = 0; first < all.size(); first += 3) {
+        const int n = static_cast<int>(std::min<std::size_t>(3, all.size() - first));
+        for (int i = 0; i < n; ++i) {
+            const auto [c, k] = all[first + static_cast<std::size_t>(i)];
+            for (std::size_t v = 0; v < in.size(); ++v)
+                in[v][i] = channels[c].view()[v][k];
+        }
+        refinement.points(std::span<const Vec3<double>>(in), std::span(out));
+        for (int i = 0; i < n; ++i) {
+            const auto [c, k] = all[first + static_cast<std::size_t>(i)];
+            const auto to = osdx::channels(fine[c].values.data(), fine[c].n);
+            for (std::size_t v = 0; v < out.size(); ++v)
+                to[v][k] = out[v][i];
+        }
+    }
+}
+
+/// The names of the faces that they lie in.
+FaceNames refine_names(const FaceNames& names, std::span<const Index> parents) {
+    FaceNames fine;
+    if (names.faces.empty())
+        return fine;
+    fine.names = names.names;
+    fine.faces.reserve(parents.size());
+    for (const Index f : parents)
+        fine.faces.push_back(names.faces[f]);
+    return fine;
+}
+
+void refine_all_names(const MeshData& mesh, const UniformRefinement& refinement,
+                      MeshData& fine) {
+    if (mesh.groups.faces.empty() && mesh.objects.faces.empty() &&
+        mesh.materials.faces.empty())
+        return;
+    std::vector<Index> parents(refinement.n_faces());
+    refinement.parents(parents);
+    fine.groups = refine_names(mesh.groups, parents);
+    fine.objects = refine_names(mesh.objects, parents);
+    fine.materials = refine_names(mesh.materials, parents);
+    fine.material_files = mesh.material_files;
+}
+
 SubdividedMesh refine(const MeshData& mesh, Topology base, const Features& features,
                       const SubdivideOptions& options) {
     const UniformRefinement refinement(std::move(base), options.degree, options.levels,
@@ -108,6 +173,9 @@ SubdividedMesh refine(const MeshData& mesh, Topology base, const Features& featu
     data.face_vertices.resize(refinement.n_halfedges());
     refinement.faces(data.face_sizes, data.face_vertices);
     data.tags = refinement.tags();
+    refine_channels(mesh.channels, refinement, data.channels);
+    if (options.degree % 2 == 1)
+        refine_all_names(mesh, refinement, data);
     result.n_border_edges = refinement.n_border_edges();
     return result;
 }

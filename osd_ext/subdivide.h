@@ -31,8 +31,9 @@ struct SubdividedMesh {
 ///
 /// The mesh has the tags that make its surface that of the base mesh: what is left of creases
 /// and corners, the holes, and the rules of the mesh. Infinitely sharp edges of even degrees
-/// have become borders. Odd degrees keep the texture coordinates, refined by their rule, with
-/// the tag for it; even ones, whose faces are no parts of those before, drop them.
+/// have become borders. Channels of vertices are refined as positions are. Odd degrees keep the
+/// texture coordinates, refined by their rule, with the tag for it, and the names of the faces;
+/// even ones, whose faces are no parts of those before, drop both.
 ///
 /// Threads: goes wide; the result does not depend on their number.
 /// \param progress  null, or to watch and cancel it: then Cancelled is returned

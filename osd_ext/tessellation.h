@@ -9,13 +9,14 @@
 
 #include <osdx/address.h>
 #include <osdx/buffer.h>
+#include <osdx/channels.h>
 #include <osdx/types.h>
 
 namespace osdx::inline OSDX_ABI {
 
 /// The surface as a watertight mesh of small facets, each inside one base face.
 ///
-/// Shapes: positions, addresses n_points; normals n_normals; texcoords n_texcoords;
+/// Shapes: positions, addresses and channels n_points; normals n_normals; texcoords n_texcoords;
 /// facet_sizes and facet_faces n_facets; facet_points, facet_normals, facet_uvs and
 /// facet_texcoords sum of facet_sizes. The two for texture coordinates may be empty.
 ///
@@ -38,6 +39,8 @@ struct Tessellation {
     /// share one unless a seam lies between them.
     Buffer<Vec2<double>> texcoords;
     Buffer<Index> facet_texcoords;  ///< of each corner
+
+    std::vector<NamedChannels> channels;  ///< of points: colours, ... (add_channels())
 };
 
 /// The facets cut into triangles, a quad along the diagonal from its first corner: places in

@@ -571,8 +571,13 @@ Result<Topology> build(const MeshView& mesh, const MeshData* data) {
         if (!**s)
             return (*s)->error();
     }
-    if (const Status s = data ? check_uvs(*data) : ok(); !s)
-        return s.error();
+    if (data) {
+        for (const Status& s : {check_uvs(*data), check_channels(data->channels, mesh),
+                                check_face_names(*data)}) {
+            if (!s)
+                return s.error();
+        }
+    }
     if (const Status s = linker.link(); !s)
         return s.error();
     return t;

@@ -16,8 +16,9 @@ namespace osdx::inline OSDX_ABI {
 /// tags are left to build_features(). In linear time, on all threads.
 /// \return every ErrorCode from EmptyMesh to NonManifoldVertex, with the element and its line
 OSDX_API Result<Topology> build_topology(const MeshView& mesh);
-/// The same, and looks at positions and texture coordinates.
-/// \return besides, what check_uvs() returns, with the face
+/// The same, and looks at positions, texture coordinates, channels and names of faces.
+/// \return besides, what check_uvs(), check_channels() and check_face_names() return, with the
+///         face or vertex
 OSDX_API Result<Topology> build_topology(const MeshData& data);
 
 /// The faces of a topology with given positions, as arrays. A face's first vertex is that of

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include <osdx/channels.h>
 #include <osdx/result.h>
 #include <osdx/types.h>
 
@@ -87,11 +88,21 @@ struct MeshView {
     }
 };
 
+/// What faces are called: a name for each face that has one.
+struct FaceNames {
+    std::vector<std::string> names;
+    /// Of each face its name, or kInvalidIndex; empty where no face has one.
+    std::vector<Index> faces;
+};
+
 /// A polygon mesh as a file holds it. Not checked; build_topology() is the door.
 ///
 /// Shapes: face_sizes n_faces; face_vertices sum of face_sizes, the faces one after the
 /// other; face_uvs the same as face_vertices, or empty where the mesh has no texture
-/// coordinates; the two line arrays are empty, or n_vertices and n_faces.
+/// coordinates; the two line arrays are empty, or n_vertices and n_faces; channels n_vertices.
+///
+/// The names of what lies in a face of the mesh are those of the face: of a facet i of a
+/// Tessellation, groups.faces[facet_faces[i]].
 struct MeshData {
     std::vector<Vec3<double>> positions;
     std::vector<Index> face_sizes;
@@ -99,6 +110,10 @@ struct MeshData {
     std::vector<Vec2<double>> uvs;  ///< texture coordinates
     std::vector<Index> face_uvs;    ///< of each corner in face_vertices
     std::vector<Tag> tags;
+    /// Of vertices, beside their positions: "color", weights, velocities, ...
+    std::vector<NamedChannels> channels;
+    FaceNames groups, objects, materials;     ///< `g`, `o` and `usemtl` of an OBJ file
+    std::vector<std::string> material_files;  ///< what its `mtllib` lines name
 
     std::vector<Index> vertex_lines;  ///< line of the file for each vertex
     std::vector<Index> face_lines;    ///< line of the file for each face
@@ -119,6 +134,21 @@ struct MeshData {
 ///         coordinates are not as MeshData has them. Those of no face may be anything.
 /// \pre face_sizes and face_vertices agree
 OSDX_API Status check_uvs(const MeshData& mesh);
+
+/// \return SizeMismatch where a channel has no n values for each vertex or n is not as
+///         NamedChannels has it; NonFinitePoint with the vertex
+OSDX_API Status check_channels(std::span<const NamedChannels> channels,
+                               const MeshView& mesh);
+
+namespace detail {
+/// The sizes alone.
+OSDX_API Status check_channel_sizes(std::span<const NamedChannels> channels,
+                                    Index n_vertices);
+}  // namespace detail
+
+/// Of groups, objects and materials.
+/// \return SizeMismatch; IndexOutOfRange with the face
+OSDX_API Status check_face_names(const MeshData& mesh);
 
 /// Diagonal of the bounding box of the points.
 OSDX_API double bounding_diagonal(std::span<const Vec3<double>> points);

@@ -33,7 +33,9 @@ Status check_shapes(const MeshData& mesh) {
                                 "coordinates",
                                 n, mesh.face_uvs.size()));
     }
-    return ok();
+    if (Status status = check_channel_sizes(mesh.channels, next_vertex(mesh)); !status)
+        return status;
+    return check_face_names(mesh);
 }
 
 }  // namespace detail
@@ -43,7 +45,7 @@ namespace {
 constexpr std::array<detail::WriteFormat<MeshData>, 3> kFormats{{
     {".obj", detail::check_obj, detail::write_obj},
     {".off", detail::check_shapes, detail::write_off},
-    {".ply", detail::check_shapes, detail::write_ply},
+    {".ply", detail::check_ply, detail::write_ply},
 }};
 
 }  // namespace

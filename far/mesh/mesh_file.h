@@ -12,9 +12,20 @@
 
 namespace osdx::inline OSDX_ABI {
 
-/// Reads OBJ (v, vt, f with n-gons and negative indices, t; other lines are skipped), OFF, or
-/// PLY (text and binary, both byte orders). Texture coordinates come from OBJ alone; there all
-/// corners of all faces have them, or none has.
+/// Reads OBJ (v, vt, f with n-gons and negative indices, t, g, o, usemtl, mtllib; other lines are
+/// skipped), OFF, or PLY (text and binary, both byte orders). Texture coordinates and names of
+/// faces come from OBJ alone; there all corners of all faces have texture coordinates, or none
+/// has.
+///
+/// Channels of vertices; all vertices have them or none has:
+///   OBJ  "color" of lines v x y z r g b and v x y z r g b a. The fourth of four numbers is a
+///        weight and left out.
+///   OFF  "color" of COFF and CNOFF, three or four numbers: of 255 where all are written as
+///        integers and one is beyond 1.
+///   PLY  "color" of red, green, blue and, if it is there, alpha: uchar and ushort over their
+///        greatest value, other types as they are. Every other property that is a number is a
+///        channel of its name; NAME_0, NAME_1, ... that stand together are one NAME.
+/// Normals are left out: they are the surface's own.
 ///
 /// Nothing is repaired, dropped or renumbered. Numbers may be nan or inf: the check of the
 /// mesh refuses them by vertex. An index that no unsigned number holds (0 in OBJ, negative
@@ -29,10 +40,14 @@ OSDX_API Result<MeshData> parse_mesh(std::string_view text, std::string_view ext
 OSDX_API Result<MeshData> read_mesh(const std::filesystem::path& path);
 
 /// A polygon mesh as OBJ, OFF or PLY, all in text, with the shortest digits that read back
-/// exactly. Tags and texture coordinates go into OBJ only. Indices are not checked.
+/// exactly. Tags, texture coordinates and names of faces go into OBJ only; "color" into all, other
+/// channels into PLY. There a channel has the least type that holds it exactly, double or float,
+/// and colours that are all 255ths are uchar. Indices of vertices are not checked.
 /// \param extension  with its dot
 /// \return InvalidOption for another extension; SizeMismatch if face_sizes, face_vertices and
-///         face_uvs disagree; WriteFailed for a tag that is not of words.
+///         face_uvs or the sizes of channels disagree; what check_face_names() returns;
+///         WriteFailed for tags, names of faces and of channels that would not read back: a
+///         name is of words with one space between, in PLY one word that is no other's.
 OSDX_API Result<std::string> format_mesh(const MeshData& mesh,
                                          std::string_view extension);
 

@@ -143,6 +143,10 @@ Index UniformRefinement::corner_of_split(Index halfedge) const {
     return std::get<OddGrids>(engine_->any).from_split(halfedge);
 }
 
+void UniformRefinement::parents(std::span<Index> parents) const {
+    std::get<OddGrids>(engine_->any).parents(parents);
+}
+
 template <class V>
 void UniformRefinement::points(std::span<const V> base, std::span<V> out) const {
     assert(base.size() == n_base_points() && out.size() == n_vertices());

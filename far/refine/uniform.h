@@ -49,6 +49,10 @@ public:
     /// \pre the degree is odd
     Index corner_of_split(Index halfedge) const;
 
+    /// The face of the base mesh in which each face lies.
+    /// \pre parents.size() == n_faces(); the degree is odd
+    void parents(std::span<Index> parents) const;
+
     /// The points of the last level. V is Vec2 or Vec3 of float or double.
     /// \pre base.size() == n_base_points(); out.size() == n_vertices(); no overlap
     template <class V>

@@ -16,8 +16,10 @@
 #include <tiny_gltf.h>
 
 #include <osdx/files/tessellation_file.h>
+#include <osdx/mesh_data.h>
 
 #include "far/mesh/formats/output.h"
+#include "far/mesh/formats/ply_channels.h"
 
 namespace osdx::inline OSDX_ABI {
 namespace {
@@ -117,6 +119,10 @@ Status check_shapes(const Tessellation& t) {
         return fail(ErrorCode::SizeMismatch,
                     "the arrays of the tessellation do not match in length");
     }
+    if (Status status = detail::check_channel_sizes(
+            t.channels, static_cast<Index>(t.positions.size()));
+        !status)
+        return status;
     if (Status status = check_indices(t.facet_points, "point", t.positions.size());
         !status)
         return status;
@@ -124,6 +130,12 @@ Status check_shapes(const Tessellation& t) {
         !status)
         return status;
     return check_indices(t.facet_texcoords, "texture coordinate", t.texcoords.size());
+}
+
+Status check_ply(const Tessellation& t) {
+    if (Status status = check_shapes(t); !status)
+        return status;
+    return detail::check_ply_names(t.channels);
 }
 
 /// Whether the positions fit into floats; not if one is nan or infinite.
@@ -156,18 +168,97 @@ Status check_stl(const Tessellation& t) {
     return check_floats(t);
 }
 
+/// A channel, or all numbers of one, as an attribute of the vertices in a GLB file.
+struct GlbAttribute {
+    std::string name;
+    const NamedChannels* channels;
+    int first, n;  ///< of its numbers; n <= 4
+
+    /// Of the vertex of a corner's point.
+    float value(const Tessellation& t, std::size_t corner, int k) const noexcept {
+        const double x = channels->view()[t.facet_points[corner]][first + k];
+        return static_cast<float>(is_color() ? std::clamp(x, 0.0, 1.0) : x);
+    }
+    bool is_color() const noexcept { return channels->name == kColorName; }
+};
+
+std::vector<GlbAttribute> glb_attributes(const Tessellation& t) {
+    std::vector<GlbAttribute> attributes;
+    for (const NamedChannels& c : t.channels) {
+        std::string name = "_";
+        for (const char letter : c.name) {
+            name += letter >= 'a' && letter <= 'z' ? static_cast<char>(letter - 'a' + 'A')
+                                                   : letter;
+        }
+        if (c.name == kColorName) {
+            attributes.push_back({"COLOR_0", &c, 0, c.n});
+        } else if (c.n <= 4) {
+            attributes.push_back({name, &c, 0, c.n});
+        } else {
+            for (int k = 0; k < c.n; ++k)
+                attributes.push_back({fmt::format("{}_{}", name, k), &c, k, 1});
+        }
+    }
+    return attributes;
+}
+
+/// Whether all channels can be told apart and have values that glTF takes.
+Status check_attributes(const Tessellation& t) {
+    const std::vector<GlbAttribute> all = glb_attributes(t);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const auto same = [&](const GlbAttribute& a) { return a.name == all[i].name; };
+        const std::string& name = all[i].channels->name;
+        if (name.empty() || !std::ranges::all_of(name, [](char x) {
+                return x > ' ' && x <= '~' && x != '"' && x != '\\';
+            })) {
+            return fail(ErrorCode::WriteFailed,
+                        fmt::format("the channel '{}' has a name that is no attribute of "
+                                    "GLB",
+                                    name));
+        }
+        if (std::ranges::count_if(all, same) > 1) {
+            return fail(ErrorCode::WriteFailed,
+                        fmt::format("two channels would be the attribute {} of GLB",
+                                    all[i].name));
+        }
+    }
+    constexpr double kMax = std::numeric_limits<float>::max();
+    for (const NamedChannels& c : t.channels) {
+        for (Index i = 0; i < t.positions.size(); ++i) {
+            for (int k = 0; k < c.n; ++k) {
+                if (!(std::abs(c.view()[i][k]) <= kMax)) {
+                    return fail(
+                        ErrorCode::WriteFailed,
+                        fmt::format("point {} has a value in the channel {} beyond "
+                                    "the floats of the format",
+                                    i, c.name),
+                        i);
+                }
+            }
+        }
+    }
+    return ok();
+}
+
 Status check_glb(const Tessellation& t) {
     if (Status status = check_shapes(t); !status)
         return status;
-    // The lengths in the file are 32 bits wide. The headers take about 1 kB.
-    constexpr std::uint64_t kMax = kMax32 - 4096;
+    // The lengths in the file are 32 bits wide. The headers take about 1 kB, and less than
+    // half of that for an attribute but for its name, which is there once.
+    std::uint64_t n_header = 4096, n_numbers = has_texcoords(t) ? 8 : 6;
+    for (const GlbAttribute& a : glb_attributes(t)) {
+        n_header += 512 + a.name.size();
+        n_numbers += static_cast<std::uint64_t>(a.n);
+    }
+    const std::uint64_t kMax = kMax32 - std::min(kMax32, n_header);
     const std::uint64_t n_vertices = merge_corners(t, has_texcoords(t)).corners.size();
-    const std::uint64_t n_bytes =
-        (has_texcoords(t) ? 32 : 24) * n_vertices + 12 * n_triangles(t);
+    const std::uint64_t n_bytes = 4 * n_numbers * n_vertices + 12 * n_triangles(t);
     if (n_bytes > kMax) {
         return fail(ErrorCode::WriteFailed,
                     fmt::format("{} bytes of data are too many for GLB", n_bytes));
     }
+    if (Status status = check_attributes(t); !status)
+        return status;
     return check_floats(t);
 }
 
@@ -186,8 +277,14 @@ void for_each_facet(const Tessellation& t, F&& f) {
 
 void write_obj(std::ostream& stream, const Tessellation& t) {
     Output out(stream);
-    for (const Vec3<double>& p : t.positions)
-        out.text("v {} {} {}\n", p.x, p.y, p.z);
+    const NamedChannels* const color = find_channels(t.channels, kColorName);
+    for (std::size_t i = 0; i < t.positions.size(); ++i) {
+        const Vec3<double>& p = t.positions[i];
+        out.text("v {} {} {}", p.x, p.y, p.z);
+        if (color)
+            detail::write_color(out, *color, i);
+        out.text("\n");
+    }
     for (const Vec3<double>& n : t.normals)
         out.text("vn {} {} {}\n", n.x, n.y, n.z);
     for (const Vec2<double>& uv : has_texcoords(t) ? t.texcoords : t.facet_uvs)
@@ -203,8 +300,30 @@ void write_obj(std::ostream& stream, const Tessellation& t) {
     });
 }
 
+/// Colours in single precision: no more of them is ever seen.
+std::vector<detail::PlyColumn> ply_columns(const Tessellation& t) {
+    std::vector<detail::PlyColumn> columns = detail::ply_columns(t.channels);
+    for (detail::PlyColumn& column : columns) {
+        if (column.channels->name == kColorName)
+            column.type = std::min(column.type, detail::PlyNumber::Float);
+    }
+    return columns;
+}
+
+void write_number(Output& out, const detail::PlyColumn& column, std::size_t i) {
+    switch (column.type) {
+        case detail::PlyNumber::Byte:
+            return out.bytes(column.byte(i));
+        case detail::PlyNumber::Float:
+            return out.bytes(static_cast<float>(column.value(i)));
+        case detail::PlyNumber::Double:
+            return out.bytes(column.value(i));
+    }
+}
+
 void write_ply(std::ostream& stream, const Tessellation& t) {
     const MergedCorners merged = merge_corners(t, false);
+    const std::vector<detail::PlyColumn> columns = ply_columns(t);
     Output out(stream);
     out.text(
         "ply\n"
@@ -212,19 +331,25 @@ void write_ply(std::ostream& stream, const Tessellation& t) {
         "comment texcoord: {}\n"
         "element vertex {}\n"
         "property double x\nproperty double y\nproperty double z\n"
-        "property float nx\nproperty float ny\nproperty float nz\n"
+        "property float nx\nproperty float ny\nproperty float nz\n",
+        has_texcoords(t) ? "texture coordinates of each corner"
+                         : "u v of each corner in the face base_face of the base mesh",
+        merged.corners.size());
+    for (const detail::PlyColumn& c : columns)
+        out.text("property {} {}\n", detail::ply_type_name(c.type), c.name);
+    out.text(
         "element face {}\n"
         "property list uchar uint vertex_indices\n"
         "property uint base_face\n"
         "property list uchar float texcoord\n"
         "end_header\n",
-        has_texcoords(t) ? "texture coordinates of each corner"
-                         : "u v of each corner in the face base_face of the base mesh",
-        merged.corners.size(), t.facet_sizes.size());
+        t.facet_sizes.size());
     for (const std::size_t c : merged.corners) {
         for (int k = 0; k < 3; ++k)
             out.bytes(t.positions[t.facet_points[c]][k]);
         out.bytes(Vec3<float>(t.normals[t.facet_normals[c]]));
+        for (const detail::PlyColumn& column : columns)
+            write_number(out, column, t.facet_points[c]);
     }
     for_each_facet(t, [&](Index i, std::size_t first, std::size_t end) {
         const std::size_t n = end - first;
@@ -336,6 +461,18 @@ void add_texcoords(tinygltf::Model& model, const Tessellation& t,
              TINYGLTF_TYPE_VEC2, merged.corners.size());
 }
 
+void add_attribute(tinygltf::Model& model, const Tessellation& t,
+                   const MergedCorners& merged, const GlbAttribute& attribute) {
+    constexpr std::array<int, 4> kTypes = {TINYGLTF_TYPE_SCALAR, TINYGLTF_TYPE_VEC2,
+                                           TINYGLTF_TYPE_VEC3, TINYGLTF_TYPE_VEC4};
+    for (const std::size_t c : merged.corners) {
+        for (int k = 0; k < attribute.n; ++k)
+            append_bytes(model.buffers[0].data, attribute.value(t, c, k));
+    }
+    end_view(model, TINYGLTF_TARGET_ARRAY_BUFFER, TINYGLTF_COMPONENT_TYPE_FLOAT,
+             kTypes[static_cast<std::size_t>(attribute.n - 1)], merged.corners.size());
+}
+
 tinygltf::Model make_model(const Tessellation& t) {
     const MergedCorners merged = merge_corners(t, has_texcoords(t));
     const Triangles tris = triangle_corners(t);
@@ -351,6 +488,10 @@ tinygltf::Model make_model(const Tessellation& t) {
     add_vectors(model, unit_normals(t, tris, merged));
     if (has_texcoords(t))
         add_texcoords(model, t, merged);
+    const std::vector<GlbAttribute> attributes = glb_attributes(t);
+    const std::size_t first_attribute = model.accessors.size();
+    for (const GlbAttribute& attribute : attributes)
+        add_attribute(model, t, merged, attribute);
     for (const std::array<Index, 3>& triangle : tris) {
         for (const Index c : triangle)
             append_bytes(model.buffers[0].data, merged.vertices[c]);
@@ -367,6 +508,8 @@ tinygltf::Model make_model(const Tessellation& t) {
     primitive.attributes = {{"POSITION", 0}, {"NORMAL", 1}};
     if (has_texcoords(t))
         primitive.attributes["TEXCOORD_0"] = 2;
+    for (std::size_t i = 0; i < attributes.size(); ++i)
+        primitive.attributes[attributes[i].name] = static_cast<int>(first_attribute + i);
     primitive.indices = static_cast<int>(model.accessors.size()) - 1;
     primitive.material = 0;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
@@ -387,7 +530,7 @@ void write_glb(std::ostream& stream, const Tessellation& t) {
 
 constexpr std::array<detail::WriteFormat<Tessellation>, 4> kFormats{{
     {".obj", check_shapes, write_obj},
-    {".ply", check_shapes, write_ply},
+    {".ply", check_ply, write_ply},
     {".stl", check_stl, write_stl},
     {".glb", check_glb, write_glb},
 }};

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <string>
 #include <utility>
@@ -259,6 +260,175 @@ TEST(SubdivideTexture, IsDroppedByEvenDegrees) {
     EXPECT_TRUE(fine.uvs.empty());
     EXPECT_TRUE(fine.face_uvs.empty());
     EXPECT_EQ(texture_tag(fine), -1);
+}
+
+// ------------------------------------------------------------ channels
+
+/// Numbers for each vertex that tell whether they are mixed up: the position, a constant, and
+/// five that a hash makes, which share triples with those.
+MeshData with_channels(MeshData mesh) {
+    mesh.channels = {{"place", 3, {}}, {"one", 1, {}}, {"five", 5, {}}};
+    for (Index v = 0; v < mesh.positions.size(); ++v) {
+        for (int k = 0; k < 3; ++k)
+            mesh.channels[0].values.push_back(mesh.positions[v][k]);
+        mesh.channels[1].values.push_back(0.7);
+        for (Index k = 0; k < 5; ++k)
+            mesh.channels[2].values.push_back(double((v * 37 + k * 11) % 101) / 101);
+    }
+    return mesh;
+}
+
+TEST(SubdivideChannels, FollowThePositions) {
+    for (const auto& [name, plain] : meshes()) {
+        const MeshData mesh = with_channels(plain);
+        for (const int d : {2, 3, 4, 5}) {
+            for (const int n_levels : {0, 2}) {
+                SCOPED_TRACE(name + ", degree " + std::to_string(d) + ", levels " +
+                             std::to_string(n_levels));
+                const MeshData fine =
+                    subdivided(mesh, {.degree = d, .levels = n_levels}).data;
+                EXPECT_EQ(
+                    fine.positions,
+                    subdivided(plain, {.degree = d, .levels = n_levels}).data.positions);
+                ASSERT_EQ(fine.channels.size(), 3u);
+                const std::size_t n = fine.positions.size();
+                for (std::size_t i = 0; i < 3; ++i) {
+                    ASSERT_EQ(fine.channels[i].name, mesh.channels[i].name);
+                    ASSERT_EQ(fine.channels[i].n, mesh.channels[i].n);
+                    ASSERT_EQ(fine.channels[i].values.size(),
+                              n * static_cast<std::size_t>(mesh.channels[i].n));
+                }
+                for (std::size_t v = 0; v < n; ++v) {
+                    for (int k = 0; k < 3; ++k) {
+                        ASSERT_EQ(fine.channels[0].view()[v][k], fine.positions[v][k]);
+                    }
+                    // A few tens of roundings of sums that are one.
+                    ASSERT_NEAR(fine.channels[1].values[v], 0.7, 1e-14);
+                }
+            }
+        }
+    }
+}
+
+// Of the weights as Refinement has them, in rows; by numbers where the numbers are its own.
+TEST(SubdivideChannels, AreThoseOfRefinement) {
+    int n_tested = 0;
+    for (const auto& [name, plain] : semi_sharp_meshes()) {
+        if (EvenGrids::takes(features_of(plain)))
+            continue;
+        SCOPED_TRACE(name);
+        const MeshData mesh = with_channels(plain);
+        const MeshData fine = subdivided(mesh, {.degree = 4, .levels = 2}).data;
+        Refinement theirs(topology_of(mesh), 4, features_of(mesh));
+        theirs.add_level();
+        theirs.add_level();
+        const Topology& last = theirs.topology(2);
+        for (int k = 0; k < 5; ++k) {
+            std::vector<Point> base;
+            for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+                base.emplace_back(mesh.channels[2].view()[v][k], 0, 0);
+            const auto points = theirs.points(base);
+            for (Index h = 0; h < last.n_halfedges(); ++h) {
+                ASSERT_EQ(fine.channels[2].view()[fine.face_vertices[h]][k],
+                          points[last.vertex[h]].x);
+            }
+        }
+        ++n_tested;
+    }
+    EXPECT_GE(n_tested, 5);
+}
+
+// Three of them are a position: other grids, by other numbers.
+TEST(SubdivideChannels, AreThePositionsOfAnotherMesh) {
+    for (const MeshData& plain : {pole(5, 2, 1), prism(7), open_meshes().front().data}) {
+        const MeshData mesh = with_channels(plain);
+        MeshData other = plain;
+        for (std::size_t v = 0; v < other.positions.size(); ++v) {
+            const double* x = mesh.channels[2].view()[v];
+            other.positions[v] = {x[4], x[0], x[2]};
+        }
+        for (const int d : {2, 3, 4, 5}) {
+            const MeshData fine = subdivided(mesh, {.degree = d, .levels = 2}).data;
+            const auto points =
+                subdivided(other, {.degree = d, .levels = 2}).data.positions;
+            for (std::size_t v = 0; v < points.size(); ++v) {
+                const double* x = fine.channels[2].view()[v];
+                ASSERT_EQ(points[v], Point(x[4], x[0], x[2]));
+            }
+        }
+    }
+}
+
+TEST(SubdivideChannels, AreRefusedAgainstTheirShape) {
+    MeshData mesh = with_channels(cube());
+    mesh.channels[2].values[11] = NAN;
+    const auto result = subdivide(mesh);
+    ASSERT_FALSE(result);
+    EXPECT_EQ(result.error().code, ErrorCode::NonFinitePoint);
+    EXPECT_EQ(result.error().element, 2u);
+    mesh.channels[2].values.pop_back();
+    EXPECT_EQ(subdivide(mesh).error().code, ErrorCode::SizeMismatch);
+}
+
+// ------------------------------------------------------------ names of faces
+
+/// A name for each face but those of number 1.
+MeshData with_names(MeshData mesh) {
+    for (Index f = 0; f < mesh.face_sizes.size(); ++f) {
+        mesh.groups.names.push_back("g" + std::to_string(f));
+        mesh.groups.faces.push_back(f == 1 ? kInvalidIndex : f);
+        mesh.materials.faces.push_back(f % 2);
+    }
+    mesh.materials.names = {"red", "blue"};
+    mesh.material_files = {"a.mtl"};
+    return mesh;
+}
+
+// A face of a cube or of a prism lies in a plane, and so do all faces of degree 3 or 5 in it
+// where each edge is sharp: their points say which it is.
+TEST(SubdivideNames, AreThoseOfTheFaceAround) {
+    for (const MeshData& solid : {cube(), prism(5), prism(3)}) {
+        MeshData mesh = with_names(solid);
+        std::vector<Point> normals, centres;
+        const Index* corner = mesh.face_vertices.data();
+        for (const Index n : mesh.face_sizes) {
+            const auto at = [&](Index i) { return mesh.positions[corner[i % n]]; };
+            normals.push_back(glm::normalize(glm::cross(at(1) - at(0), at(2) - at(0))));
+            centres.push_back(at(0));
+            for (Index i = 0; i < n; ++i)
+                add_crease(mesh, {corner[i], corner[(i + 1) % n]});
+            corner += n;
+        }
+        for (const int d : {3, 5}) {
+            for (const int n_levels : {0, 1, 2}) {
+                const MeshData fine =
+                    subdivided(mesh, {.degree = d, .levels = n_levels}).data;
+                ASSERT_EQ(fine.groups.names, mesh.groups.names);
+                ASSERT_EQ(fine.materials.names, mesh.materials.names);
+                EXPECT_EQ(fine.material_files, mesh.material_files);
+                ASSERT_EQ(fine.groups.faces.size(), fine.face_sizes.size());
+                EXPECT_TRUE(fine.objects.faces.empty());
+                const Index* v = fine.face_vertices.data();
+                for (std::size_t f = 0; f < fine.face_sizes.size(); ++f) {
+                    const Index group = fine.groups.faces[f];
+                    const Index parent = group == kInvalidIndex ? 1 : group;
+                    ASSERT_EQ(fine.materials.faces[f], parent % 2);
+                    for (Index i = 0; i < fine.face_sizes[f]; ++i) {
+                        const Point off = fine.positions[v[i]] - centres[parent];
+                        ASSERT_NEAR(glm::dot(off, normals[parent]), 0, 1e-13);
+                    }
+                    v += fine.face_sizes[f];
+                }
+            }
+        }
+    }
+}
+
+TEST(SubdivideNames, AreDroppedByEvenDegrees) {
+    const MeshData fine = subdivided(with_names(cube()), {.degree = 2}).data;
+    EXPECT_TRUE(fine.groups.faces.empty());
+    EXPECT_TRUE(fine.groups.names.empty());
+    EXPECT_TRUE(fine.materials.faces.empty());
 }
 
 // ------------------------------------------------------------ refusals

@@ -3,10 +3,14 @@
 
 #include "viewer/cli/job.h"
 
+#include <algorithm>
 #include <ostream>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
+#include <osdx/add_channels.h>
 #include <osdx/build_patch_table.h>
 #include <osdx/file.h>
 #include <osdx/mesh_file.h>
@@ -37,6 +41,37 @@ Result<Tessellation> Job::tessellate(int rate, Progress& progress) const {
     if (limit)
         return tessellate(rate);
     return surface.tessellate(rate, progress);
+}
+
+Status Job::add_channels(Tessellation& t, int limit_isolation) const {
+    const Topology& base = surface.base();
+    if (!limit)
+        return osdx::add_channels(t, surface, mesh.channels);
+    // Three numbers at a time, in the place of positions.
+    for (const NamedChannels& c : mesh.channels) {
+        NamedChannels own{c.name, c.n, {}};
+        own.values.resize(t.addresses.size() * static_cast<std::size_t>(c.n));
+        for (int first = 0; first < c.n; first += 3) {
+            const int n = std::min(3, c.n - first);
+            std::vector<Vec3<double>> values(base.n_vertices());
+            for (std::size_t v = 0; v < values.size(); ++v) {
+                for (int k = 0; k < n; ++k)
+                    values[v][k] = c.view()[v][first + k];
+            }
+            const Result<LimitSurface> built =
+                LimitSurface::build(base, surface.features(), values, limit_isolation);
+            if (!built)
+                return built.error();
+            const auto to = channels(own.values.data(), c.n);
+            for (std::size_t i = 0; i < t.addresses.size(); ++i) {
+                const Vec3<double> p = built->evaluate(t.addresses[i]).p;
+                for (int k = 0; k < n; ++k)
+                    to[i][first + k] = p[k];
+            }
+        }
+        t.channels.push_back(std::move(own));
+    }
+    return ok();
 }
 
 double Job::diagonal() const {

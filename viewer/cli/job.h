@@ -35,6 +35,8 @@ struct Job {
     /// Watertight; with the normals of Chart::Native.
     Tessellation tessellate(int rate) const;
     Result<Tessellation> tessellate(int rate, Progress& progress) const;
+    /// The mesh's channels at the points of that.
+    Status add_channels(Tessellation& t, int limit_isolation) const;
     double diagonal() const;
     /// With the features of the surface. \pre the surface outlives it
     Result<LimitSurface> build_limit(int isolation) const;

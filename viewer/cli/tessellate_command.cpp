@@ -30,6 +30,8 @@ Status tessellate_command(const CommandOptions& options) {
             return texture.error();
         texture->add_to(t, options.rate);
     }
+    if (const Status s = job->add_channels(t, options.limit_isolation); !s)
+        return in_file(s.error(), options.input);
     progress.stage("writing");
     if (const Status s = written(write_tessellation(options.out, t), options.out); !s)
         return s;

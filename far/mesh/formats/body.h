@@ -22,9 +22,15 @@ void for_each_face(const MeshData& mesh, F&& f) {
 }
 
 /// The vertices and faces as OFF and text PLY have them after their headers.
-inline void write_body(Output& out, const MeshData& mesh) {
-    for (const Vec3<double>& p : mesh.positions)
-        out.text("{} {} {}\n", p.x, p.y, p.z);
+/// \param write_more  of vertex v: what follows its position
+template <class F>
+void write_body(Output& out, const MeshData& mesh, F&& write_more) {
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+        const Vec3<double>& p = mesh.positions[v];
+        out.text("{} {} {}", p.x, p.y, p.z);
+        write_more(v);
+        out.text("\n");
+    }
     for_each_face(mesh, [&](std::span<const Index> face) {
         out.text("{}", face.size());
         for (const Index v : face)

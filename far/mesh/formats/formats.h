@@ -20,8 +20,10 @@ Result<MeshData> read_ply(std::string_view text);
 Status check_shapes(const MeshData& mesh);
 /// Refuses besides what the reader of OBJ would not take for what it is.
 Status check_obj(const MeshData& mesh);
+/// The same of PLY.
+Status check_ply(const MeshData& mesh);
 
-/// \pre check_shapes(), for OBJ check_obj()
+/// \pre check_shapes(), for OBJ check_obj(), for PLY check_ply()
 void write_obj(std::ostream& stream, const MeshData& mesh);
 void write_off(std::ostream& stream, const MeshData& mesh);
 void write_ply(std::ostream& stream, const MeshData& mesh);

@@ -10,6 +10,7 @@
 #include <ostream>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -193,11 +194,90 @@ Status read_tag(Words words, Index line, MeshData& mesh) {
     return ok();
 }
 
+/// The words of a line with one space between them.
+std::string joined(Words words) {
+    return fmt::format("{}", fmt::join(words, " "));
+}
+
+/// Names of faces as the reader comes by them. A name is one once a face has it; a line
+/// without a name ends the one before.
+class ReadNames {
+public:
+    explicit ReadNames(FaceNames& names) : names_(names) {}
+
+    void start(Words words) { name_ = joined(words); }
+
+    /// Face f has the name, if there is one.
+    void add_face(Index f) {
+        if (name_.empty() && names_.faces.empty())
+            return;
+        names_.faces.resize(f, kInvalidIndex);
+        names_.faces.push_back(name_.empty() ? kInvalidIndex : number());
+    }
+
+private:
+    Index number() {
+        const auto [at, is_new] =
+            numbers_.try_emplace(name_, static_cast<Index>(names_.names.size()));
+        if (is_new)
+            names_.names.push_back(name_);
+        return at->second;
+    }
+
+    FaceNames& names_;
+    std::string name_;
+    std::unordered_map<std::string, Index> numbers_;
+};
+
+/// "x y z", "x y z w", "x y z r g b" or "x y z r g b a"; w and what follows is left out.
+Status read_obj_vertex(Words words, Index line, MeshData& mesh) {
+    if (Status status = read_vertex(words, line, mesh); !status)
+        return status;
+    return read_color(
+        words.size() < 6 ? Words() : words.subspan(3, words.size() == 6 ? 3 : 4), line,
+        mesh);
+}
+
 /// Whether the reader of OBJ takes `text` as one word.
 bool is_word(std::string_view text) {
     return !text.empty() && text.front() != '#' && text.back() != '\\' &&
            std::ranges::none_of(text, [](unsigned char c) { return std::isspace(c); });
 }
+
+/// Whether the reader of OBJ takes `text` for the name that it is.
+bool is_name(std::string_view text) {
+    while (true) {
+        const std::size_t end = text.find(' ');
+        if (!is_word(text.substr(0, end)))
+            return false;
+        if (end == text.npos)
+            return true;
+        text.remove_prefix(end + 1);
+    }
+}
+
+/// Starts a name where it changes from a face to the next.
+class WrittenNames {
+public:
+    WrittenNames(std::string_view keyword, const FaceNames& names)
+        : keyword_(keyword), names_(names) {}
+
+    void start_face(Output& out, std::size_t f) {
+        const Index now = names_.faces.empty() ? kInvalidIndex : names_.faces[f];
+        if (now == last_)
+            return;
+        last_ = now;
+        if (now == kInvalidIndex)
+            out.text("{}\n", keyword_);
+        else
+            out.text("{} {}\n", keyword_, names_.names[now]);
+    }
+
+private:
+    std::string_view keyword_;
+    const FaceNames& names_;
+    Index last_ = kInvalidIndex;
+};
 
 void write_tag(Output& out, const Tag& tag) {
     out.text("t {} {}/{}/{}", tag.name, tag.ints.size(), tag.floats.size(),
@@ -215,19 +295,32 @@ void write_tag(Output& out, const Tag& tag) {
 
 Result<MeshData> read_obj(std::string_view text) {
     MeshData mesh;
+    ReadNames groups(mesh.groups), objects(mesh.objects), materials(mesh.materials);
     LineScanner lines(text, {.comments = true, .continuations = true});
     while (lines.next()) {
         const std::string_view keyword = lines.words().front();
         const Words words = lines.words().subspan(1);
         Status status = ok();
-        if (keyword == "v")
-            status = read_vertex(words, lines.line(), mesh);
-        else if (keyword == "vt")
+        if (keyword == "v") {
+            status = read_obj_vertex(words, lines.line(), mesh);
+        } else if (keyword == "vt") {
             status = read_obj_uv(words, lines.line(), mesh);
-        else if (keyword == "f")
+        } else if (keyword == "f") {
+            const Index f = next_face(mesh);
+            for (ReadNames* names : {&groups, &objects, &materials})
+                names->add_face(f);
             status = read_obj_face(words, lines.line(), mesh);
-        else if (keyword == "t")
+        } else if (keyword == "t") {
             status = read_tag(words, lines.line(), mesh);
+        } else if (keyword == "g") {
+            groups.start(words);
+        } else if (keyword == "o") {
+            objects.start(words);
+        } else if (keyword == "usemtl") {
+            materials.start(words);
+        } else if (keyword == "mtllib" && !words.empty()) {
+            mesh.material_files.push_back(joined(words));
+        }
         if (!status)
             return status.error();
     }
@@ -246,17 +339,41 @@ Status check_obj(const MeshData& mesh) {
                         fmt::format("tag {} has a text that is not one word", i));
         }
     }
+    for (const auto* names : {&mesh.groups.names, &mesh.objects.names,
+                              &mesh.materials.names, &mesh.material_files}) {
+        const auto bad = std::ranges::find_if_not(*names, is_name);
+        if (bad != names->end()) {
+            return fail(
+                ErrorCode::WriteFailed,
+                fmt::format("the name '{}' is not of words with one space between",
+                            printable(*bad)));
+        }
+    }
     return ok();
 }
 
 void write_obj(std::ostream& stream, const MeshData& mesh) {
     Output out(stream);
-    for (const Vec3<double>& p : mesh.positions)
-        out.text("v {} {} {}\n", p.x, p.y, p.z);
+    for (const std::string& file : mesh.material_files)
+        out.text("mtllib {}\n", file);
+    const NamedChannels* const color = find_channels(mesh.channels, kColorName);
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+        const Vec3<double>& p = mesh.positions[v];
+        out.text("v {} {} {}", p.x, p.y, p.z);
+        if (color)
+            write_color(out, *color, v);
+        out.text("\n");
+    }
     for (const Vec2<double>& uv : mesh.uvs)
         out.text("vt {} {}\n", uv.x, uv.y);
-    std::size_t corner = 0;
+    std::array<WrittenNames, 3> names{{WrittenNames("o", mesh.objects),
+                                       WrittenNames("g", mesh.groups),
+                                       WrittenNames("usemtl", mesh.materials)}};
+    std::size_t corner = 0, f = 0;
     for_each_face(mesh, [&](std::span<const Index> face) {
+        for (WrittenNames& n : names)
+            n.start_face(out, f);
+        ++f;
         out.text("f");
         for (const Index v : face) {
             out.text(" {}", std::uint64_t{v} + 1);

@@ -18,6 +18,7 @@
 
 #include <fmt/format.h>
 
+#include <osdx/channels.h>
 #include <osdx/file.h>
 #include <osdx/result.h>
 #include <osdx/types.h>
@@ -73,6 +74,13 @@ private:
     std::ostream& stream_;
     std::string buffer_;
 };
+
+/// The numbers of an element after its position, as OBJ and OFF have them. They bear a point or
+/// an exponent: OFF's integers may be of 255.
+inline void write_color(Output& out, const NamedChannels& color, std::size_t i) {
+    for (int k = 0; k < color.n; ++k)
+        out.text(" {:#}", color.view()[i][k]);
+}
 
 inline std::string lower_case(std::string_view text) {
     std::string lower(text);

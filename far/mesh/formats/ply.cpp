@@ -18,6 +18,7 @@
 #include "far/mesh/formats/body.h"
 #include "far/mesh/formats/formats.h"
 #include "far/mesh/formats/output.h"
+#include "far/mesh/formats/ply_channels.h"
 #include "far/mesh/formats/scan.h"
 
 namespace osdx::inline OSDX_ABI::detail {
@@ -68,7 +69,7 @@ std::optional<Scalar> parse_scalar(std::string_view word) {
 }
 
 /// What a property is to a mesh; X, Y, Z are the coordinates 0, 1, 2.
-enum class Role : std::uint8_t { X, Y, Z, Corners, None };
+enum class Role : std::uint8_t { X, Y, Z, Corners, Channel, None };
 
 struct PlyProperty {
     std::string_view name;
@@ -76,6 +77,9 @@ struct PlyProperty {
     bool is_list = false;
     Scalar count_type = Scalar::UInt8;  ///< of a list
     Role role = Role::None;
+    std::size_t channels = 0;  ///< in PlyHeader, of Role::Channel; and which of them
+    int channel = 0;
+    double unit = 1;  ///< what the number 1 of the file is in MeshData, over 1
 };
 
 struct PlyElement {
@@ -90,6 +94,7 @@ enum class PlyFormat : std::uint8_t { Text, LittleEndian, BigEndian };
 struct PlyHeader {
     std::optional<PlyFormat> format;
     std::vector<PlyElement> elements;
+    std::vector<NamedChannels> channels;  ///< without values
 };
 
 Error header_error(std::string message, Index line) {
@@ -155,12 +160,77 @@ PlyProperty* find_property(PlyElement& element, std::string_view name) {
     return p == element.properties.end() ? nullptr : &*p;
 }
 
-/// Finds the coordinates of vertices and the corners of faces.
-Status assign_roles(PlyElement& element) {
+/// Whether a property of vertices is one of a channel, but for colours.
+bool is_value(const PlyProperty& p) {
+    return !p.is_list && p.role == Role::None &&
+           std::ranges::find(kPlyNormals, p.name) == kPlyNormals.end();
+}
+
+/// Starts channels with a property as their first.
+void start_channels(PlyHeader& header, std::string_view name, PlyProperty& p) {
+    p.role = Role::Channel;
+    p.channels = header.channels.size();
+    header.channels.push_back({std::string(name), 1, {}});
+}
+
+/// Adds a property to the channels that were started last.
+void add_channel(PlyHeader& header, PlyProperty& p) {
+    p.role = Role::Channel;
+    p.channels = header.channels.size() - 1;
+    p.channel = header.channels.back().n++;
+}
+
+void add_color(PlyHeader& header, PlyElement& element) {
+    const auto value = [&](std::size_t k) {
+        PlyProperty* p = find_property(element, kPlyColors[k]);
+        return p && is_value(*p) ? p : nullptr;
+    };
+    if (!value(0) || !value(1) || !value(2))
+        return;
+    for (std::size_t k = 0; k < kPlyColors.size(); ++k) {
+        PlyProperty* p = value(k);
+        if (!p)
+            return;
+        if (k == 0)
+            start_channels(header, kColorName, *p);
+        else
+            add_channel(header, *p);
+        if (p->type == Scalar::UInt8)
+            p->unit = 255;
+        if (p->type == Scalar::UInt16)
+            p->unit = 65535;
+    }
+}
+
+/// The properties NAME_0, NAME_1, ... that stand together are channels NAME, others have a
+/// name of their own.
+void add_values(PlyHeader& header, std::vector<PlyProperty>& properties) {
+    for (std::size_t i = 0; i < properties.size(); ++i) {
+        if (!is_value(properties[i]))
+            continue;
+        std::string_view name = properties[i].name;
+        const auto follows = [&](std::size_t k) {
+            return i + 1 < properties.size() && is_value(properties[i + 1]) &&
+                   properties[i + 1].name == fmt::format("{}_{}", name, k);
+        };
+        if (name.ends_with("_0") && name.size() > 2) {
+            name.remove_suffix(2);
+            if (!follows(1))
+                name = properties[i].name;
+        }
+        start_channels(header, name, properties[i]);
+        if (name == properties[i].name)
+            continue;
+        for (std::size_t k = 1; follows(k); ++k)
+            add_channel(header, properties[++i]);
+    }
+}
+
+/// Finds the coordinates and channels of vertices and the corners of faces.
+Status assign_roles(PlyElement& element, PlyHeader& header) {
     if (element.name == "vertex") {
         for (const Role role : {Role::X, Role::Y, Role::Z}) {
-            const std::string_view name =
-                std::string_view("xyz").substr(static_cast<std::size_t>(role), 1);
+            const std::string_view name = kPlyPositions[static_cast<std::size_t>(role)];
             PlyProperty* p = find_property(element, name);
             if (!p || p->is_list) {
                 return header_error(fmt::format("element vertex has no number {}", name),
@@ -168,6 +238,8 @@ Status assign_roles(PlyElement& element) {
             }
             p->role = role;
         }
+        add_color(header, element);
+        add_values(header, element.properties);
     } else if (element.name == "face") {
         PlyProperty* p = find_property(element, "vertex_indices");
         if (!p)
@@ -185,7 +257,7 @@ Status check_ply_header(PlyHeader& header, Index line) {
     if (!header.format)
         return header_error("the header has no format line", line);
     for (PlyElement& element : header.elements) {
-        if (Status status = assign_roles(element); !status)
+        if (Status status = assign_roles(element, header); !status)
             return status;
     }
     return ok();
@@ -344,7 +416,11 @@ Status read_value(Source& source, const PlyProperty& property, PlyItem& item,
     const auto value = source.template next<double>(property.type);
     if (!value)
         return broken(item, source.problem());
-    if (property.role != Role::None)
+    if (property.role == Role::Channel) {
+        NamedChannels& c = mesh.channels[property.channels];
+        c.values[mesh.positions.size() * static_cast<std::size_t>(c.n) +
+                 static_cast<std::size_t>(property.channel)] = *value / property.unit;
+    } else if (property.role != Role::None)
         item.position[static_cast<int>(property.role)] = *value;
     return ok();
 }
@@ -371,6 +447,10 @@ Status read_item(Source& source, const PlyElement& element, std::int64_t i,
                  MeshData& mesh) {
     const std::size_t first = mesh.face_vertices.size();
     PlyItem item{.element = element.name, .number = i, .line = source.line()};
+    if (element.name == "vertex") {
+        for (NamedChannels& c : mesh.channels)
+            c.values.resize(c.values.size() + static_cast<std::size_t>(c.n));
+    }
     for (const PlyProperty& property : element.properties) {
         if (Status status = read_property(source, property, item, mesh); !status)
             return status;
@@ -409,6 +489,7 @@ Result<MeshData> read_ply(std::string_view text) {
     if (!header)
         return header.error();
     MeshData mesh;
+    mesh.channels = header->channels;
     Status status = ok();
     bool goes_on = false;
     if (header->format == PlyFormat::Text) {
@@ -431,20 +512,38 @@ Result<MeshData> read_ply(std::string_view text) {
     return finish(std::move(mesh));
 }
 
+Status check_ply(const MeshData& mesh) {
+    if (Status status = check_shapes(mesh); !status)
+        return status;
+    return check_ply_names(mesh.channels);
+}
+
 void write_ply(std::ostream& stream, const MeshData& mesh) {
     Output out(stream);
+    const std::vector<PlyColumn> columns = ply_columns(mesh.channels);
     const bool small =
         std::ranges::all_of(mesh.face_sizes, [](Index n) { return n < 256; });
     out.text(
         "ply\n"
         "format ascii 1.0\n"
         "element vertex {}\n"
-        "property double x\nproperty double y\nproperty double z\n"
+        "property double x\nproperty double y\nproperty double z\n",
+        mesh.positions.size());
+    for (const PlyColumn& column : columns)
+        out.text("property {} {}\n", ply_type_name(column.type), column.name);
+    out.text(
         "element face {}\n"
         "property list {} uint vertex_indices\n"
         "end_header\n",
-        mesh.positions.size(), mesh.face_sizes.size(), small ? "uchar" : "uint");
-    write_body(out, mesh);
+        mesh.face_sizes.size(), small ? "uchar" : "uint");
+    write_body(out, mesh, [&](std::size_t v) {
+        for (const PlyColumn& column : columns) {
+            if (column.type == PlyNumber::Byte)
+                out.text(" {}", column.byte(v));
+            else
+                out.text(" {}", column.value(v));
+        }
+    });
 }
 
 }  // namespace osdx::inline OSDX_ABI::detail

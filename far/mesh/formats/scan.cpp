@@ -49,6 +49,34 @@ Status read_vertex(Words words, Index line, MeshData& mesh) {
     return ok();
 }
 
+Status read_color(Words numbers, Index line, MeshData& mesh) {
+    const Index v = next_vertex(mesh) - 1;
+    const auto n = static_cast<int>(numbers.size());
+    if (v == 0 && n > 0)
+        mesh.channels.push_back({std::string(kColorName), n, {}});
+    const int expected = mesh.channels.empty() ? 0 : mesh.channels[0].n;
+    if (n != expected) {
+        return fail(
+            ErrorCode::FileFormat,
+            n == 0 || expected == 0
+                ? fmt::format("vertex {} has {} colour, unlike those before it", v,
+                              n == 0 ? "no" : "a")
+                : fmt::format(
+                      "vertex {} has a colour of {} numbers, those before it of {}", v, n,
+                      expected),
+            v, line);
+    }
+    for (const std::string_view word : numbers) {
+        const auto x = parse<double>(word);
+        if (!x) {
+            return unexpected(fmt::format("the colour of vertex {}", v), word, "a number",
+                              v, line);
+        }
+        mesh.channels[0].values.push_back(*x);
+    }
+    return ok();
+}
+
 namespace {
 
 Error bad_index(const MeshData& mesh, std::int64_t index, std::string_view why,

@@ -128,6 +128,11 @@ inline Index next_face(const MeshData& mesh) {
 void add_vertex(MeshData& mesh, const Vec3<double>& position, Index line);
 Status read_vertex(Words words, Index line, MeshData& mesh);
 
+/// The colour of the last vertex, or that it has none: the channel that is alone in the mesh.
+/// All vertices have as many numbers.
+/// \pre numbers.size() is 0, 3 or 4
+Status read_color(Words numbers, Index line, MeshData& mesh);
+
 /// Appends a corner to the face that is being read; `index` counts from 0.
 Status add_corner(MeshData& mesh, std::int64_t index, Index line);
 

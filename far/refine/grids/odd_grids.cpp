@@ -79,6 +79,13 @@ void OddGrids::faces(std::span<Index> sizes, std::span<Index> vertices) const {
     face_vertices(grids(), vertices);
 }
 
+void OddGrids::parents(std::span<Index> parents) const {
+    assert(parents.size() == n_faces());
+    const Index n = size_ * size_;  // of each root
+    for (Index f = 0; f < n_faces(); ++f)
+        parents[f] = polygons_ ? polygons_->face(f / n) : f / n;
+}
+
 Address OddGrids::address(Index root, double x, double y) const noexcept {
     if (polygons_)
         return to_address(*polygons_, {root, x, y});

@@ -53,6 +53,10 @@ public:
     /// \pre sizes.size() == n_faces(); vertices.size() == n_halfedges()
     void faces(std::span<Index> sizes, std::span<Index> vertices) const;
 
+    /// The face of the base mesh in which each face lies.
+    /// \pre parents.size() == n_faces()
+    void parents(std::span<Index> parents) const;
+
     /// Point (x size, y size) of a root on the base mesh; 0 <= x, y <= 1.
     /// \pre n_levels() > 0 or the base mesh is of quads
     Address address(Index root, double x, double y) const noexcept;

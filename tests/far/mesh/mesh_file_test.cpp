@@ -326,11 +326,10 @@ TEST_F(MeshIo, LeavesForwardAndMissingObjIndicesToTheLaterCheck) {
 }
 
 TEST_F(MeshIo, SkipsWhatObjHasBesides) {
-    const auto mesh =
-        read("obj",
-             "mtllib a b.mtl\n\n  \t\no x y\ng\nusemtl m\ns off\nvp 1\ncurv\n"
-             "#v 9 9 9\nv 1 2 3 0.5 # w\nv 4 5 6 1 0 0\n# C:\\folder\\\n"
-             "\tv  7\t8 9 #x\nf 1 2 3 # 4\nV 1 2 3\n");
+    const auto mesh = read("obj",
+                           "call a b\n\n  \t\nlod x y\ng\nusemap m\ns off\nvp 1\ncurv\n"
+                           "#v 9 9 9\nv 1 2 3 0.5 # w\nv 4 5 6 1 0\n# C:\\folder\\\n"
+                           "\tv  7\t8 9 #x\nf 1 2 3 # 4\nV 1 2 3\n");
     ASSERT_TRUE(mesh) << mesh.error().message;
     EXPECT_EQ(mesh->positions,
               (std::vector<Vec3<double>>{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}));
@@ -473,7 +472,7 @@ TEST_F(MeshIo, ReadsOffWithCountsInTheFirstLineCommentsAndColours) {
 TEST_F(MeshIo, RefusesBrokenOffFiles) {
     using enum ErrorCode;
     const std::vector<Refusal> refusals = {
-        {"# c\nCOFF\n1 1 0\n", FileFormat, kNone, 2, "'COFF' where OFF"},
+        {"# c\n4OFF\n1 1 0\n", FileFormat, kNone, 2, "'4OFF' where OFF"},
         {"STOFF\n", FileFormat, kNone, 1, "'STOFF'"},
         {"8 6 0\n", FileFormat, kNone, 1, "'8' where OFF"},
         {"OFF BINARY\n1 1 0\n", FileFormat, kNone, 1, "lacks the numbers"},
@@ -739,6 +738,295 @@ TEST_F(MeshIo, RefusesBrokenBinaryPlyData) {
 
     // A line end after the data does no harm.
     EXPECT_TRUE(read("ply", h + v + std::string("\0\0\0\3\0\0\0\1\0\1\r\n"sv)));
+}
+
+// ---- Channels ----
+
+/// The first channel, of which it tells all.
+void expect_channel(const Result<MeshData>& mesh, std::string_view name, int n,
+                    const std::vector<double>& values, std::size_t i = 0) {
+    ASSERT_TRUE(mesh) << mesh.error().message << ", line " << mesh.error().line;
+    ASSERT_LT(i, mesh->channels.size());
+    EXPECT_EQ(mesh->channels[i].name, name);
+    EXPECT_EQ(mesh->channels[i].n, n);
+    EXPECT_EQ(mesh->channels[i].values, values);
+}
+
+TEST_F(MeshIo, ReadsColoursOfObj) {
+    expect_channel(
+        read("obj", "v 0 0 0 1 0 .5\nv 1 0 0 0.1 2 -1\nf 1 2 3\nv 0 1 0 1e-3 0 1\n"),
+        "color", 3, {1, 0, 0.5, 0.1, 2, -1, 1e-3, 0, 1});
+    expect_channel(
+        read("obj", "v 0 0 0 1 0 0 .5\nv 1 0 0 0 1 0 1 9 # alpha, and what\nf 1 2 1\n"),
+        "color", 4, {1, 0, 0, 0.5, 0, 1, 0, 1});
+    // Left to the check of the mesh, as positions are.
+    const auto nan = read("obj", "v 0 0 0 1 nan 0\nf 1 1 1\n");
+    ASSERT_TRUE(nan) << nan.error().message;
+    EXPECT_TRUE(std::isnan(nan->channels[0].values[1]));
+}
+
+TEST_F(MeshIo, RefusesBrokenColoursOfObj) {
+    using enum ErrorCode;
+    const std::vector<Refusal> refusals = {
+        {"v 0 0 0 1 1 1\nf 1 1 1\nv 1 0 0\n", FileFormat, 1, 3,
+         "vertex 1 has no colour, unlike those before it"},
+        {"v 0 0 0\nv 1 0 0 0.5\nv 1 0 0 1 1 1\n", FileFormat, 2, 3,
+         "vertex 2 has a colour, unlike those before it"},
+        {"v 0 0 0 1 1 1\nv 1 0 0 1 1 1 1\n", FileFormat, 1, 2,
+         "vertex 1 has a colour of 4 numbers, those before it of 3"},
+        {"v 0 0 0 1 red 1\n", FileFormat, 0, 1, "colour of vertex 0 has 'red' where"},
+    };
+    for (const Refusal& refusal : refusals)
+        expect_refusal(read("obj", refusal.content), refusal);
+}
+
+constexpr std::string_view kOffFace = "3 0 1 2\n";
+
+TEST_F(MeshIo, ReadsColoursOfOff) {
+    const auto read_off = [&](const std::string& header, const std::string& vertices) {
+        return read("off", header + "\n3 1 0\n" + vertices + std::string(kOffFace));
+    };
+    // Of 1, of 255, and of 1 as integers; the last number is alpha.
+    expect_channel(read_off("COFF", "0 0 0 1 0.5 0\n1 0 0 1 1 1\n0 1 0 0 0 3\n"), "color",
+                   3, {1, 0.5, 0, 1, 1, 1, 0, 0, 3});
+    expect_channel(
+        read_off("COFF", "0 0 0 255 0 51 255\n1 0 0 1 1 1 0\n0 1 0 0 0 102 0\n"), "color",
+        4, {1, 0, 0.2, 1, 1 / 255., 1 / 255., 1 / 255., 0, 0, 0, 0.4, 0});
+    expect_channel(read_off("COFF", "0 0 0 1 0 0\n1 0 0 1 1 1\n0 1 0 0 0 1\n"), "color",
+                   3, {1, 0, 0, 1, 1, 1, 0, 0, 1});
+    expect_channel(
+        read_off("CNOFF", "0 0 0 9 9 9 1 0 0\n1 0 0 9 9 9 1 1 1\n0 1 0 9 9 9 0 0 1\n"),
+        "color", 3, {1, 0, 0, 1, 1, 1, 0, 0, 1});
+    const auto normals = read_off("NOFF", "0 0 0 9 9 9\n1 0 0 9 9 9\n0 1 0 9 9 9\n");
+    ASSERT_TRUE(normals) << normals.error().message;
+    EXPECT_TRUE(normals->channels.empty());
+}
+
+TEST_F(MeshIo, RefusesBrokenColoursOfOff) {
+    using enum ErrorCode;
+    const std::vector<Refusal> refusals = {
+        {"COFF\n2 1 0\n0 0 0 1 1 1\n0 0 0\n", FileFormat, 1, 4,
+         "the colour of vertex 1 has 0 numbers instead of 3 or 4"},
+        {"COFF\n2 1 0\n0 0 0 1 1\n", FileFormat, 0, 3, "has 2 numbers instead"},
+        {"CNOFF\n2 1 0\n0 0 0 1 1\n", FileFormat, 0, 3, "has 0 numbers instead"},
+        {"COFF\n2 1 0\n0 0 0 1 1 1\n0 0 0 1 1 1 1\n", FileFormat, 1, 4,
+         "vertex 1 has a colour of 4 numbers, those before it of 3"},
+        {"COFF\n1 1 0\n0 0 0 1 1 x\n", FileFormat, 0, 3, "vertex 0 has 'x' where"},
+    };
+    for (const Refusal& refusal : refusals)
+        expect_refusal(read("off", refusal.content), refusal);
+}
+
+// Normals, lists and what belongs to faces are no channels.
+TEST_F(MeshIo, ReadsChannelsOfTextPly) {
+    const auto mesh = read(
+        "ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float weight\n"
+        "property uchar blue\nproperty float nx\nproperty float x\nproperty float y\n"
+        "property float z\nproperty ushort red\nproperty double green\n"
+        "property double move_0\nproperty float move_1\nproperty int move_2\n"
+        "property int move_4\nproperty list uchar float many\nproperty int one_0\n"
+        "element face 1\nproperty uchar red\nproperty list uchar int vertex_indices\n"
+        "end_header\n"
+        "0.1 51 9 0 0 0 65535 0.3 1 2 3 4 1 0 -5\n1 255 9 1 0 0 13107 2 5 6 7 8 0 -6\n"
+        "-2 0 9 0 1 0 0 -1 9 10 11 12 0 -7\n255 3 0 1 2\n");
+    ASSERT_TRUE(mesh) << mesh.error().message << ", line " << mesh.error().line;
+    ASSERT_EQ(mesh->channels.size(), 5u);
+    expect_channel(mesh, "color", 3, {1, 0.3, 0.2, 0.2, 2, 1, 0, -1, 0}, 0);
+    expect_channel(mesh, "weight", 1, {0.1, 1, -2}, 1);
+    expect_channel(mesh, "move", 3, {1, 2, 3, 5, 6, 7, 9, 10, 11}, 2);
+    expect_channel(mesh, "move_4", 1, {4, 8, 12}, 3);
+    expect_channel(mesh, "one_0", 1, {-5, -6, -7}, 4);
+    EXPECT_EQ(mesh->positions,
+              (std::vector<Vec3<double>>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
+}
+
+TEST_F(MeshIo, ReadsChannelsOfBinaryPlyOfBothByteOrders) {
+    for (const std::endian order : {std::endian::little, std::endian::big}) {
+        SCOPED_TRACE(name_of(order));
+        std::string bytes = "ply\nformat " + std::string(name_of(order)) +
+                            " 1.0\nelement vertex 3\nproperty uchar alpha\n"
+                            "property uchar red\nproperty uchar green\n"
+                            "property uchar blue\nproperty double x\nproperty double y\n"
+                            "property double z\nproperty int id\nproperty float w_0\n"
+                            "property double w_1\nelement face 1\n"
+                            "property list uchar uchar vertex_indices\nend_header\n";
+        for (int v = 0; v < 3; ++v) {
+            for (const int color : {255, 51 * v, 102, 0})
+                append(bytes, static_cast<std::uint8_t>(color), order);
+            for (const double x : {1.0, 2.0, 3.0})
+                append(bytes, x * v, order);
+            append(bytes, std::int32_t{-70000 * v}, order);
+            append(bytes, 0.1f, order);
+            append(bytes, 0.1, order);
+        }
+        for (const int value : {3, 0, 1, 2})
+            append(bytes, static_cast<std::uint8_t>(value), order);
+        const auto mesh = read("ply", bytes);
+        expect_channel(mesh, "color", 4, {0, 0.4, 0, 1, 0.2, 0.4, 0, 1, 0.4, 0.4, 0, 1},
+                       0);
+        expect_channel(mesh, "id", 1, {0, -70000, -140000}, 1);
+        expect_channel(mesh, "w", 2, {0.1f, 0.1, 0.1f, 0.1, 0.1f, 0.1}, 2);
+    }
+}
+
+TEST_F(MeshIo, RefusesChannelsOfPlyThatAreNoNumbers) {
+    const std::string header =
+        "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+        "property float z\nproperty float w\nelement face 1\n"
+        "property list uchar int vertex_indices\nend_header\n";
+    expect_refusal(read("ply", header + "0 0 0 1\n0 0 0\n"),
+                   {header, ErrorCode::FileFormat, 1, 12, "vertex 1 has too few values"});
+    expect_refusal(
+        read("ply", header + "0 0 0 1\n0 0 0 x\n"),
+        {header, ErrorCode::FileFormat, 1, 12, "vertex 1 has 'x' where a number"});
+}
+
+/// A cube with a colour, a weight and a vector of numbers that differ between float and double.
+MeshData cube_with_channels(bool as_bytes = false) {
+    MeshData mesh = *parse_mesh(kCubeObj, ".obj");
+    mesh.channels = {{"weight", 1, {}}, {"color", 3, {}}, {"velocity", 2, {}}};
+    for (int v = 0; v < 9; ++v) {
+        mesh.channels[0].values.push_back(0.25 * v);
+        for (int k = 0; k < 3; ++k)
+            mesh.channels[1].values.push_back(as_bytes ? (31 * v + k) / 255.
+                                                       : v / 9. + k);
+        for (int k = 0; k < 2; ++k)
+            mesh.channels[2].values.push_back(1 / (v + 3.) - k);
+    }
+    return mesh;
+}
+
+const NamedChannels& channel_of(const MeshData& mesh, std::string_view name) {
+    static const NamedChannels none;
+    const NamedChannels* found = find_channels(mesh.channels, name);
+    EXPECT_TRUE(found) << name;
+    return found ? *found : none;
+}
+
+TEST_F(MeshIo, ColoursReadBackFromEveryFormat) {
+    for (const bool as_bytes : {false, true}) {
+        for (const int n : {3, 4}) {
+            MeshData mesh = cube_with_channels(as_bytes);
+            NamedChannels& color = mesh.channels[1];
+            color.n = n;
+            color.values.resize(9 * static_cast<std::size_t>(n), 1.0);
+            for (const std::string_view extension : {".obj", ".off", ".ply"}) {
+                SCOPED_TRACE(extension);
+                const auto text = format_mesh(mesh, extension);
+                ASSERT_TRUE(text) << text.error().message;
+                const auto back = parse_mesh(*text, extension);
+                expect_cube(back);
+                ASSERT_TRUE(back);
+                EXPECT_EQ(channel_of(*back, "color").n, n);
+                EXPECT_EQ(channel_of(*back, "color").values, color.values);
+                EXPECT_EQ(back->channels.size(), extension == ".ply" ? 3u : 1u);
+            }
+        }
+    }
+    // Integers beyond 1 are still what they are.
+    MeshData mesh = cube_with_channels();
+    mesh.channels[1].values.assign(27, 2);
+    const auto back = parse_mesh(*format_mesh(mesh, ".off"), ".off");
+    EXPECT_EQ(channel_of(*back, "color").values, mesh.channels[1].values);
+}
+
+TEST_F(MeshIo, ChannelsReadBackFromPlyInTheLeastExactType) {
+    const MeshData mesh = cube_with_channels(true);
+    const auto text = format_mesh(mesh, ".ply");
+    ASSERT_TRUE(text) << text.error().message;
+    const auto back = parse_mesh(*text, ".ply");
+    expect_cube(back);
+    ASSERT_TRUE(back);
+    ASSERT_EQ(back->channels.size(), 3u);
+    for (const NamedChannels& c : mesh.channels) {
+        EXPECT_EQ(channel_of(*back, c.name).n, c.n);
+        EXPECT_EQ(channel_of(*back, c.name).values, c.values);
+    }
+    for (const std::string_view line :
+         {"property float weight", "property uchar blue", "property double velocity_1"})
+        EXPECT_NE(text->find(std::string(line) + "\n"), std::string::npos) << *text;
+}
+
+TEST_F(MeshIo, RefusesToWriteChannelsThatPlyCannotTellApart) {
+    const auto refuse = [](const auto& break_it, ErrorCode code,
+                           std::string_view message) {
+        MeshData mesh = cube_with_channels();
+        break_it(mesh);
+        const auto text = format_mesh(mesh, ".ply");
+        ASSERT_FALSE(text);
+        EXPECT_EQ(text.error().code, code);
+        EXPECT_NE(text.error().message.find(message), std::string::npos)
+            << text.error().message;
+    };
+    using enum ErrorCode;
+    for (const std::string name : {"", "two words", "line\n"}) {
+        refuse([&](MeshData& m) { m.channels[0].name = name; }, WriteFailed,
+               "not one word");
+    }
+    for (const std::string name : {"x", "nz", "red", "velocity_1"}) {
+        refuse([&](MeshData& m) { m.channels[0].name = name; }, WriteFailed,
+               "would be the property " + name);
+    }
+    refuse([](MeshData& m) { m.channels[2].values.pop_back(); }, SizeMismatch,
+           "channel velocity has 17 values, but 9 vertices need 2 each");
+    refuse([](MeshData& m) { m.channels[1].n = 5; }, SizeMismatch, "colours have 3 or 4");
+    refuse([](MeshData& m) { m.channels[0].n = 0; }, SizeMismatch,
+           "channel weight has 0");
+}
+
+// ---- Names of faces ----
+
+constexpr std::string_view kNamedObj =
+    "mtllib a b.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+    "o  my   box\ng left right # c\nusemtl red\nf 1 2 3\ng never\ng top\nf 2 3 1\n"
+    "usemtl blue\no\nmtllib c.mtl\ng left right\nf 3 1 2\nusemtl\nf 1 2 3\n";
+
+void expect_names(const Result<MeshData>& mesh) {
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    using Names = std::vector<std::string>;
+    EXPECT_EQ(mesh->groups.names, (Names{"left right", "top"}));
+    EXPECT_EQ(mesh->groups.faces, (std::vector<Index>{kNone, 0, 1, 0, 0}));
+    EXPECT_EQ(mesh->objects.names, Names{"my box"});
+    EXPECT_EQ(mesh->objects.faces, (std::vector<Index>{kNone, 0, 0, kNone, kNone}));
+    EXPECT_EQ(mesh->materials.names, (Names{"red", "blue"}));
+    EXPECT_EQ(mesh->materials.faces, (std::vector<Index>{kNone, 0, 0, 1, kNone}));
+    EXPECT_EQ(mesh->material_files, (Names{"a b.mtl", "c.mtl"}));
+}
+
+TEST_F(MeshIo, ReadsAndWritesNamesOfObj) {
+    const auto mesh = parse_mesh(kNamedObj, ".obj");
+    expect_names(mesh);
+    ASSERT_TRUE(mesh);
+    const auto text = format_mesh(*mesh, ".obj");
+    ASSERT_TRUE(text) << text.error().message;
+    expect_names(parse_mesh(*text, ".obj"));
+    EXPECT_TRUE(parse_mesh(kCubeObj, ".obj")->groups.faces.empty());
+}
+
+TEST_F(MeshIo, RefusesNamesThatObjCannotHold) {
+    const MeshData good = *parse_mesh(kNamedObj, ".obj");
+    const auto refuse = [&](const MeshData& mesh, ErrorCode code, Index element) {
+        const auto text = format_mesh(mesh, ".obj");
+        ASSERT_FALSE(text);
+        EXPECT_EQ(text.error().code, code) << text.error().message;
+        EXPECT_EQ(text.error().element, element);
+    };
+    for (const std::string name :
+         {"", " a", "a  b", "a #b", "a\\", "a\nf 1 1 1", "a\tb"}) {
+        MeshData mesh = good;
+        mesh.groups.names[1] = name;
+        refuse(mesh, ErrorCode::WriteFailed, kNone);
+        mesh = good;
+        mesh.material_files[0] = name;
+        refuse(mesh, ErrorCode::WriteFailed, kNone);
+    }
+    MeshData mesh = good;
+    mesh.objects.faces.pop_back();
+    refuse(mesh, ErrorCode::SizeMismatch, kNone);
+    mesh = good;
+    mesh.materials.faces[3] = 2;
+    refuse(mesh, ErrorCode::IndexOutOfRange, 3);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <string>
 #include <vector>
@@ -649,6 +650,61 @@ TEST(Topology, BorderStripIsASideOfQuads) {
                 }
             }
         }
+    }
+}
+
+// ---- Channels and names ----
+
+void expect_refused(const MeshData& mesh, ErrorCode code, Index element, Index line,
+                    const std::string& words) {
+    const auto t = build_topology(mesh);
+    ASSERT_FALSE(t) << words;
+    EXPECT_EQ(t.error().code, code) << t.error().message;
+    EXPECT_EQ(t.error().element, element);
+    EXPECT_EQ(t.error().line, line);
+    EXPECT_NE(t.error().message.find(words), std::string::npos) << t.error().message;
+}
+
+TEST(MeshChannels, AreCheckedAtTheDoor) {
+    MeshData good = test::cube();
+    good.vertex_lines = {11, 12, 13, 14, 15, 16, 17, 18};
+    good.channels = {{"color", 3, std::vector<double>(24, 0.5)},
+                     {"weight", 1, std::vector<double>(8, 2)}};
+    ASSERT_TRUE(build_topology(good));
+    using enum ErrorCode;
+    for (const double bad : {double(NAN), double(INFINITY), -double(INFINITY)}) {
+        MeshData mesh = good;
+        mesh.channels[0].values[3 * 5 + 2] = bad;
+        expect_refused(mesh, NonFinitePoint, 5, 16, "in the channel color");
+    }
+    MeshData mesh = good;
+    mesh.channels[1].values[7] = NAN;
+    expect_refused(mesh, NonFinitePoint, 7, 18, "in the channel weight");
+    mesh = good;
+    mesh.channels[1].values.pop_back();
+    expect_refused(mesh, SizeMismatch, kInvalidIndex, 0,
+                   "the channel weight has 7 values, but 8 vertices need 1 each");
+    mesh = good;
+    mesh.channels[1].n = 0;
+    expect_refused(mesh, SizeMismatch, kInvalidIndex, 0, "weight has 0 numbers");
+    mesh = good;
+    mesh.channels[0] = {"color", 2, std::vector<double>(16, 0)};
+    expect_refused(mesh, SizeMismatch, kInvalidIndex, 0, "colours have 3 or 4");
+}
+
+TEST(MeshFaceNames, AreCheckedAtTheDoor) {
+    MeshData good = test::cube();
+    good.face_lines = {21, 22, 23, 24, 25, 26};
+    const FaceNames names = {{"a", "b"}, {0, 1, kInvalidIndex, 1, 0, 0}};
+    for (FaceNames MeshData::*kind :
+         {&MeshData::groups, &MeshData::objects, &MeshData::materials}) {
+        MeshData mesh = good;
+        mesh.*kind = names;
+        ASSERT_TRUE(build_topology(mesh));
+        (mesh.*kind).faces[3] = 2;
+        expect_refused(mesh, ErrorCode::IndexOutOfRange, 3, 24, "face 3 has number 2 of");
+        (mesh.*kind).faces.pop_back();
+        expect_refused(mesh, ErrorCode::SizeMismatch, kInvalidIndex, 0, "5 faces");
     }
 }
 

@@ -25,9 +25,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <osdx/add_channels.h>
 #include <osdx/file.h>
 #include <osdx/files/tessellation_file.h>
 #include <osdx/mesh_file.h>
+#include <osdx/subdivide.h>
+#include <osdx/surface.h>
 
 namespace osdx {
 namespace {
@@ -447,6 +450,151 @@ TEST_F(Export, GlbHoldsTextureCoordinatesOfVertices) {
         EXPECT_EQ(take<Index>(bytes), expected);
 }
 
+/// The house with an eave, with channels of its points: a colour beyond 1, and others of one, three
+/// and five numbers that differ between float and double.
+Tessellation house_with_channels() {
+    Tessellation t = house_with_eave();
+    t.channels = {
+        {"color", 3, {}}, {"weight", 1, {}}, {"velocity", 3, {}}, {"five", 5, {}}};
+    for (NamedChannels& c : t.channels) {
+        for (std::size_t i = 0; i < t.positions.size() * static_cast<std::size_t>(c.n);
+             ++i)
+            c.values.push_back(double(i) / (c.n + 6.0));
+    }
+    for (double& x : t.channels[1].values)
+        x = std::round(x);
+    return t;
+}
+
+void expect_channel(const Result<MeshData>& mesh, std::string_view name, int n,
+                    const std::vector<double>& values) {
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    const NamedChannels* c = find_channels(mesh->channels, name);
+    ASSERT_TRUE(c) << name;
+    EXPECT_EQ(c->n, n) << name;
+    EXPECT_EQ(c->values, values) << name;
+}
+
+TEST_F(Export, ObjHoldsColoursExactly) {
+    const Tessellation t = house_with_channels();
+    ASSERT_TRUE(write_tessellation(folder_ / "house.obj", t));
+    const auto mesh = read_mesh(folder_ / "house.obj");
+    expect_channel(mesh, "color", 3, t.channels[0].values);
+    EXPECT_EQ(mesh->channels.size(), 1u);
+    EXPECT_TRUE(std::ranges::equal(mesh->positions, t.positions));
+}
+
+TEST_F(Export, PlyHoldsAllChannelsOfVertices) {
+    const Tessellation t = house_with_channels();
+    ASSERT_TRUE(write_tessellation(folder_ / "house.ply", t));
+    const auto mesh = read_mesh(folder_ / "house.ply");
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_EQ(mesh->channels.size(), 4u);
+    for (const NamedChannels& c : t.channels) {
+        std::vector<double> expected;  // points 2 and 3 twice, the last not at all
+        for (const Index p : {0, 1, 2, 2, 3, 3, 4}) {
+            for (int k = 0; k < c.n; ++k) {
+                const double x = c.view()[p][k];
+                expected.push_back(c.name == "color" ? double(float(x)) : x);
+            }
+        }
+        expect_channel(mesh, c.name, c.n, expected);
+    }
+    const std::string text = content(folder_ / "house.ply");
+    for (const std::string_view line : {"float red", "float blue", "float weight",
+                                        "double velocity_0", "double five_4"}) {
+        EXPECT_NE(text.find("property " + std::string(line) + "\n"), std::string::npos)
+            << line;
+    }
+}
+
+TEST_F(Export, PlyHoldsColoursOfBytesAsBytes) {
+    Tessellation t = house();
+    t.channels = {{"color", 4, {}}};
+    for (int i = 0; i < 20; ++i)
+        t.channels[0].values.push_back(13 * i / 255.);
+    ASSERT_TRUE(write_tessellation(folder_ / "house.ply", t));
+    expect_channel(read_mesh(folder_ / "house.ply"), "color", 4, t.channels[0].values);
+    EXPECT_NE(content(folder_ / "house.ply").find("property uchar alpha\n"),
+              std::string::npos);
+}
+
+TEST_F(Export, GlbHoldsChannelsAsAttributes) {
+    const Tessellation t = house_with_channels();
+    ASSERT_TRUE(write_tessellation(folder_ / "house.glb", t));
+    const Glb glb = read_glb(folder_ / "house.glb");
+    const nlohmann::json& primitive = glb.json["meshes"][0]["primitives"][0];
+    const nlohmann::json& attributes = primitive["attributes"];
+    ASSERT_EQ(attributes.size(), 10u);
+    const auto expect = [&](const std::string& name, const std::string& type,
+                            const NamedChannels& c, int first, int n) {
+        SCOPED_TRACE(name);
+        ASSERT_TRUE(attributes.contains(name));
+        const auto i = attributes[name].get<std::size_t>();
+        EXPECT_EQ(glb.json["accessors"][i]["type"], type);
+        EXPECT_EQ(glb.json["accessors"][i]["componentType"], 5126);  // float
+        EXPECT_EQ(glb.json["accessors"][i]["count"], 7u);
+        EXPECT_EQ(glb.json["bufferViews"][i]["target"], 34962);  // vertices
+        std::string_view bytes = glb.data(i);
+        ASSERT_EQ(bytes.size(), 28u * static_cast<unsigned>(n));
+        for (const Index p : {0, 1, 2, 2, 3, 3, 4}) {
+            for (int k = first; k < first + n; ++k) {
+                const double x = c.view()[p][k];
+                EXPECT_EQ(take<float>(bytes),
+                          static_cast<float>(name == "COLOR_0" ? std::min(x, 1.0) : x));
+            }
+        }
+    };
+    expect("COLOR_0", "VEC3", t.channels[0], 0, 3);
+    expect("_WEIGHT", "SCALAR", t.channels[1], 0, 1);
+    expect("_VELOCITY", "VEC3", t.channels[2], 0, 3);
+    for (int k = 0; k < 5; ++k)
+        expect("_FIVE_" + std::to_string(k), "SCALAR", t.channels[3], k, 1);
+    // What was there before stays in its place.
+    std::string_view bytes = glb.data(attributes["POSITION"].get<std::size_t>());
+    EXPECT_EQ(take_vector(bytes), Vec3<float>(t.positions[0]));
+    bytes = glb.data(primitive["indices"].get<std::size_t>());
+    for (const Index c : {0, 1, 2, 0, 2, 4, 5, 3, 6})
+        EXPECT_EQ(take<Index>(bytes), c);
+}
+
+TEST_F(Export, FilesWithoutRoomForChannelsAreAsWithoutThem) {
+    const Tessellation with = house_with_channels();
+    Tessellation without = with;
+    without.channels.clear();
+    EXPECT_EQ(*format_tessellation(with, ".stl"), *format_tessellation(without, ".stl"));
+    Tessellation other = with;  // OBJ has colours only
+    other.channels.erase(other.channels.begin());
+    EXPECT_EQ(*format_tessellation(other, ".obj"), *format_tessellation(without, ".obj"));
+}
+
+TEST_F(Export, RefusesChannelsAgainstTheirShapesAndNames) {
+    const auto refuse = [&](const std::vector<std::string_view>& names, ErrorCode code,
+                            const auto& break_it) {
+        Tessellation t = house_with_channels();
+        break_it(t);
+        for (const std::string_view name : names)
+            expect_error(write_tessellation(folder_ / name, t), code);
+    };
+    using enum ErrorCode;
+    const std::vector<std::string_view> all = {"t.obj", "t.ply", "t.stl", "t.glb"};
+    refuse(all, SizeMismatch, [](Tessellation& t) { t.channels[2].values.pop_back(); });
+    refuse(all, SizeMismatch, [](Tessellation& t) { t.channels[0].n = 0; });
+    const std::vector<std::string_view> named = {"t.ply", "t.glb"};
+    for (const std::string name : {"", "two words", "five_3", "a\n"}) {
+        refuse(named, WriteFailed, [&](Tessellation& t) { t.channels[1].name = name; });
+    }
+    for (const std::string name : {"velocity", "VELOCITY"}) {
+        refuse({"t.glb"}, WriteFailed,
+               [&](Tessellation& t) { t.channels[1].name = name; });
+    }
+    for (const double x : {1e39, double(NAN)}) {
+        refuse({"t.glb"}, WriteFailed,
+               [&](Tessellation& t) { t.channels[2].values[4] = x; });
+    }
+    EXPECT_EQ(n_files(), 0);
+}
+
 TEST_F(Export, StlHoldsTrianglesWithTheirNormals) {
     const Tessellation t = house();
     ASSERT_TRUE(write_tessellation(folder_ / "house.stl", t));
@@ -578,6 +726,50 @@ TEST_F(Export, RefusesOtherExtensions) {
         expect_error(write_tessellation(folder_ / name, house()),
                      ErrorCode::InvalidOption);
     EXPECT_EQ(n_files(), 0);
+}
+
+// ---- From a file to a picture ----
+
+// A cube whose colours are its corners', through subdivision, files and the surface.
+TEST_F(Export, ColoursGoAllTheWay) {
+    MeshData mesh;
+    mesh.channels = {{"color", 3, {}}};
+    for (Index v = 0; v < 8; ++v) {
+        const Vec3<double> p(v & 1, v >> 1 & 1, v >> 2);
+        mesh.positions.push_back(p);
+        for (int k = 0; k < 3; ++k)
+            mesh.channels[0].values.push_back(p[k]);
+    }
+    mesh.face_sizes.assign(6, 4);
+    mesh.face_vertices = {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4,
+                          2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
+    const auto fine = subdivide(mesh);
+    ASSERT_TRUE(fine) << fine.error().message;
+    for (const std::string_view extension : {".obj", ".off", ".ply"}) {
+        SCOPED_TRACE(extension);
+        const auto text = format_mesh(fine->data, extension);
+        ASSERT_TRUE(text) << text.error().message;
+        const auto back = parse_mesh(*text, extension);
+        expect_same(back, fine->data);
+        expect_channel(back, "color", 3, fine->data.channels[0].values);
+        const auto surface = Surface::build(*back);
+        ASSERT_TRUE(surface) << surface.error().message;
+        Tessellation t = surface->tessellate(3);
+        ASSERT_TRUE(add_channels(t, *surface, back->channels));
+        ASSERT_TRUE(write_tessellation(folder_ / "cube.glb", t));
+        const Glb glb = read_glb(folder_ / "cube.glb");
+        const auto& attributes = glb.json["meshes"][0]["primitives"][0]["attributes"];
+        std::string_view colors = glb.data(attributes["COLOR_0"].get<std::size_t>()),
+                         points = glb.data(attributes["POSITION"].get<std::size_t>());
+        ASSERT_EQ(colors.size(), points.size());
+        ASSERT_EQ(colors.size(), 12 * t.positions.size());
+        for (std::size_t i = 0; i < t.positions.size(); ++i) {
+            // Rounded to float twice, and summed by other kernels in double.
+            const Vec3<float> color = take_vector(colors), point = take_vector(points);
+            for (int k = 0; k < 3; ++k)
+                ASSERT_NEAR(color[k], point[k], 1e-7);
+        }
+    }
 }
 
 // ---- Files ----
