@@ -261,6 +261,35 @@ TEST(OpenMeshArrays, FeaturesOfEdgesWithoutFacesAreNone) {
     EXPECT_TRUE(Surface::build(arrays->view(), positions(mesh, *arrays).channels()));
 }
 
+TEST(OpenMeshArrays, AreOfTheSameSurfaceIfNothingDiffers) {
+    auto mesh = openmesh_of<PolyFloat>(cube());
+    OpenMesh::FPropHandleT<bool> hole;
+    mesh.add_property(hole, "osdx:hole");
+    const auto arrays_with = [&](int edge, int vertex, int face,
+                                 OpenMeshOptions options) {
+        PolyFloat copy = mesh;
+        copy.status(OpenMesh::EdgeHandle(edge)).set_feature(true);
+        copy.status(OpenMesh::VertexHandle(vertex)).set_feature(true);
+        copy.property(hole, OpenMesh::FaceHandle(face)) = true;
+        return *read_openmesh(copy, options);
+    };
+    const OpenMeshArrays arrays = arrays_with(1, 2, 3, {});
+    EXPECT_TRUE(arrays.same_surface(arrays_with(1, 2, 3, {})));
+    EXPECT_FALSE(arrays.same_surface(arrays_with(4, 2, 3, {})));
+    EXPECT_FALSE(arrays.same_surface(arrays_with(1, 4, 3, {})));
+    EXPECT_FALSE(arrays.same_surface(arrays_with(1, 2, 4, {})));
+    EXPECT_FALSE(arrays.same_surface(arrays_with(1, 2, 3, {.feature_sharpness = 2})));
+    OpenMeshOptions rules;
+    rules.boundary = BoundaryRule::EdgeAndCorner;
+    EXPECT_FALSE(arrays.same_surface(arrays_with(1, 2, 3, rules)));
+    rules = {};
+    rules.crease_method = CreaseMethod::Chaikin;
+    EXPECT_FALSE(arrays.same_surface(arrays_with(1, 2, 3, rules)));
+    rules = {};
+    rules.smooth_triangles = true;
+    EXPECT_FALSE(arrays.same_surface(arrays_with(1, 2, 3, rules)));
+}
+
 TEST(OpenMeshArrays, TakeTheRulesFromTheOptions) {
     const auto mesh = openmesh_of<PolyDouble>(grid(3, 3));
     for (const BoundaryRule boundary :

@@ -186,8 +186,10 @@ void expect_features_kept(const NamedMesh& m) {
 TEST(OpenMeshFillFeatures, AreKept) {
     for (const NamedMesh& m : creased_meshes())
         expect_features_kept<double>(m);
-    for (const NamedMesh& m : semi_sharp_meshes())
+    for (const NamedMesh& m : semi_sharp_meshes()) {
         expect_features_kept<float>(m);
+        expect_features_kept<double>(m);
+    }
 }
 
 TEST(OpenMeshFillFeatures, OfTrianglesAreThoseOfTheFaces) {
