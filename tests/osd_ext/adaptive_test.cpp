@@ -282,6 +282,8 @@ TEST(Adaptive, ARateOfOneEdgeChangesItsFacesAlone) {
             ASSERT_LT(glm::distance(a[i], b[i]), 1e-14);
     }
     EXPECT_EQ(n_changed, 2);
+    for (Index p = 0; p < t.positions.size(); ++p)
+        ASSERT_LT(glm::distance(t.positions[p], s.evaluate(t.addresses[p]).p), 1e-14);
 }
 
 TEST(Adaptive, RatesBelowOneCountAsOne) {
@@ -389,8 +391,8 @@ TEST(Adaptive, AFlatMeshNeedsOneSegmentButAlongItsBorder) {
 }
 
 TEST(Adaptive, RatesFromLengthAreThoseOfTheCurve) {
-    // Edges of the cube bend: a chord each in 8 is nearly all of it.
-    const Surface s = surface_of(prism(7));
+    // The curves bend little: eight chords have nearly all of their length.
+    const Surface s = surface_of(random_displaced(prism(7), 5, 0.2));
     const double length = 0.05;
     const RateArrays rates = rates_from_length(s.evaluator(), s.points(), length);
     for (Index h = 0; h < s.base().n_halfedges(); ++h) {
@@ -498,7 +500,28 @@ TEST(Displace, CornersOfASharpCubeMoveAlongTheirDiagonal) {
         ASSERT_LT(glm::distance(same.normals[i], before.normals[i]), 1e-14);
 }
 
-// Normals of facets converge to those of the surface.
+// Of all triangles of each facet, whose areas add up to its own.
+TEST(Displace, NormalsOfFacetsAreMeansByArea) {
+    const Surface s = surface_of(random_displaced(cube(), 4, 0.2));
+    const RateArrays rates = random_rates(s.base(), 1, 5);
+    Tessellation t = s.tessellate(rates);
+    displace(t, waves);
+    std::vector<Point> sums(t.normals.size(), Point(0));
+    std::size_t c = 0;
+    for (const Index n : t.facet_sizes) {
+        const auto at = [&](Index i) { return t.positions[t.facet_points[c + i]]; };
+        Point area(0);
+        for (Index i = 2; i < n; ++i)
+            area += glm::cross(at(i - 1) - at(0), at(i) - at(0));
+        for (Index i = 0; i < n; ++i)
+            sums[t.facet_normals[c + i]] += area;
+        c += n;
+    }
+    for (std::size_t i = 0; i < sums.size(); ++i)
+        ASSERT_LT(glm::distance(glm::normalize(sums[i]), t.normals[i]), 1e-13);
+}
+
+// They converge to those of the surface.
 TEST(Displace, NormalsOfFacetsAreNearlyThoseOfTheSurface) {
     const Surface s = surface_of(cube());
     Tessellation t = s.tessellate(32);
@@ -508,8 +531,8 @@ TEST(Displace, NormalsOfFacetsAreNearlyThoseOfTheSurface) {
         ASSERT_LT(glm::distance(t.normals[i], exact[i]), 0.02);
 }
 
-/// A checkerboard on each face, so that every edge of the mesh is a seam and the heights on its
-/// sides differ.
+/// Random texture coordinates of each corner: every edge is a seam, with other heights on both
+/// sides.
 MeshData with_uvs_of_each_face(MeshData mesh) {
     std::mt19937 random(1);
     mesh.uvs.clear();
