@@ -51,7 +51,7 @@ Status check_uvs(const MeshData& mesh) {
 
 namespace {
 
-Status check_size(const NamedChannels& channel, Index n_vertices) {
+Status check_channel_size(const NamedChannels& channel, Index n_vertices) {
     const bool is_color = channel.name == kColorName;
     if (channel.n < 1 || (is_color && channel.n != 3 && channel.n != 4)) {
         return fail(
@@ -123,7 +123,7 @@ Status check_channels(std::span<const NamedChannels> channels, const MeshView& m
 Status detail::check_channel_sizes(std::span<const NamedChannels> channels,
                                    Index n_vertices) {
     for (const NamedChannels& channel : channels) {
-        if (Status status = check_size(channel, n_vertices); !status)
+        if (Status status = check_channel_size(channel, n_vertices); !status)
             return status;
     }
     return ok();
