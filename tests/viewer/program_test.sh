@@ -98,6 +98,21 @@ succeeds uv_out.obj -- tessellate uv.obj --rate 2 --out uv_out.obj
 [[ $(grep -c '^vt' uv_out.obj) == 54 ]] || fail "tessellate uv.obj: not 9 vt a face"
 succeeds uv_out.glb -- tessellate uv.obj --rate 2 --uv-rule all --out uv_out.glb
 grep -q TEXCOORD_0 uv_out.glb || fail "GLB: no TEXCOORD_0"
+{
+    awk '/^v/ { print $0, ($2 > 0), ($3 > 0), ($4 > 0) }' <<<"$vertices"
+    printf '%s\n' 'g all' "$faces"
+} >colors.obj
+succeeds colors.ply -- subdivide colors.obj --levels 1 --out colors.ply
+grep -q '^property double red$' colors.ply || fail "subdivide: no colours"
+succeeds groups.obj -- subdivide colors.obj --levels 1 --out groups.obj
+grep -q '^g all$' groups.obj || fail "subdivide: no groups"
+for patch in multisided catmark; do
+    "$osdx" tessellate colors.ply --patch "$patch" --rate 2 --out colors.glb 2>stderr ||
+        grep -q 'built without' stderr || fail "tessellate $patch: $(cat stderr)"
+    grep -q COLOR_0 colors.glb || grep -q 'built without' stderr || fail "GLB: no COLOR_0"
+done
+"$osdx" render colors.ply --size 64 48 --shade color --out color.png 2>stderr ||
+    grep -q 'built without Embree' stderr || fail "render color: $(cat stderr)"
 printf '%s\n' "$vertices" "$(sed 1d <<<"$faces")" >box.obj
 succeeds box.off -- subdivide box.obj --boundary none --degree 3 --levels 1 --out box.off
 succeeds box.json box.ply -- tessellate box.obj --degree 4 --rate 2 --out box.ply --json box.json
@@ -265,6 +280,7 @@ refuses 1 '^osdx: net_bad.json: .*share no edge' patch net_bad.json --out x.json
 echo "{\"mesh\": 7, $samples}" >net_bad.json
 refuses 1 '^osdx: net_bad.json: ' patch net_bad.json --out x.json
 refuses 1 '^osdx: cube.obj: .*texture coordinates' render cube.obj --shade checker --out x.png
+refuses 1 'no colours to show' render cube.obj --shade color --out x.png
 refuses 1 'patch|built without' render cube.obj --patch catmark --shade patches --out x.png
 refuses 1 'x.step' tessellate cube.obj --out x.step
 refuses 1 'nowhere' tessellate cube.obj --out nowhere/x.obj

@@ -3,7 +3,6 @@
 
 #include "viewer/cli/job.h"
 
-#include <algorithm>
 #include <ostream>
 #include <utility>
 #include <vector>
@@ -44,7 +43,6 @@ Result<Tessellation> Job::tessellate(int rate, Progress& progress) const {
 }
 
 Status Job::add_channels(Tessellation& t, int limit_isolation) const {
-    const Topology& base = surface.base();
     if (!limit)
         return osdx::add_channels(t, surface, mesh.channels);
     // Three numbers at a time, in the place of positions.
@@ -52,20 +50,14 @@ Status Job::add_channels(Tessellation& t, int limit_isolation) const {
         NamedChannels own{c.name, c.n, {}};
         own.values.resize(t.addresses.size() * static_cast<std::size_t>(c.n));
         for (int first = 0; first < c.n; first += 3) {
-            const int n = std::min(3, c.n - first);
-            std::vector<Vec3<double>> values(base.n_vertices());
-            for (std::size_t v = 0; v < values.size(); ++v) {
-                for (int k = 0; k < n; ++k)
-                    values[v][k] = c.view()[v][first + k];
-            }
             const Result<LimitSurface> built =
-                LimitSurface::build(base, surface.features(), values, limit_isolation);
+                build_limit(c.view(), first, limit_isolation);
             if (!built)
                 return built.error();
             const auto to = channels(own.values.data(), c.n);
             for (std::size_t i = 0; i < t.addresses.size(); ++i) {
                 const Vec3<double> p = built->evaluate(t.addresses[i]).p;
-                for (int k = 0; k < n; ++k)
+                for (int k = 0; k < 3 && first + k < c.n; ++k)
                     to[i][first + k] = p[k];
             }
         }
@@ -81,6 +73,16 @@ double Job::diagonal() const {
 Result<LimitSurface> Job::build_limit(int isolation) const {
     return LimitSurface::build(surface.base(), surface.features(), mesh.positions,
                                isolation);
+}
+
+Result<LimitSurface> Job::build_limit(Channels<const double> channels, int first,
+                                      int isolation) const {
+    std::vector<Vec3<double>> values(surface.base().n_vertices(), Vec3<double>(0));
+    for (std::size_t v = 0; v < values.size(); ++v) {
+        for (int k = 0; k < 3 && first + k < channels.n; ++k)
+            values[v][k] = channels[v][first + k];
+    }
+    return LimitSurface::build(surface.base(), surface.features(), values, isolation);
 }
 
 Result<Job> load_job(const CommandOptions& options, Progress* progress) {

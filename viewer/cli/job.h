@@ -40,6 +40,9 @@ struct Job {
     double diagonal() const;
     /// With the features of the surface. \pre the surface outlives it
     Result<LimitSurface> build_limit(int isolation) const;
+    /// With up to three channels, from the one of number `first` on, in the place of positions.
+    Result<LimitSurface> build_limit(Channels<const double> channels, int first,
+                                     int isolation) const;
 };
 /// \param progress  null, or told how far the surface is
 Result<Job> load_job(const CommandOptions& options, Progress* progress = nullptr);

@@ -35,6 +35,10 @@ render::PictureInput job_picture(const Job& job);
 void show_distance(render::PictureInput& input, const Surface& surface,
                    const LimitSurface& limit, double diagonal);
 
+/// Lets Shade::Colors show the colours of the mesh, if it has any, on the surface of the job.
+/// \pre the job outlives the input
+Status show_color(render::PictureInput& input, const Job& job, int limit_isolation);
+
 /// A PNG file. \return what render_picture() and write_png() return, that with the file
 Status write_picture(const render::PictureInput& input, render::PictureOptions options,
                      render::Shade shade, const std::filesystem::path& file);

@@ -42,6 +42,10 @@ Status render_command(const CommandOptions& options) {
         texture.emplace(std::move(*built));
         input.texture = [&](const QuarterPoint& q) { return texture->evaluate(q); };
     }
+    if (options.shade == "color") {
+        if (const Status s = show_color(input, *job, options.limit_isolation); !s)
+            return in_file(s.error(), options.input);
+    }
     input.title = fmt::format("{}, degree {}", options.input.filename().string(),
                               options.patch == "catmark" ? 3 : options.patches.degree);
     render::PictureOptions picture;

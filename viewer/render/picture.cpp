@@ -69,6 +69,8 @@ Status check(const PictureInput& input, const PictureOptions& o) {
     if (o.shade == Shade::Checker && !input.texture)
         return fail(ErrorCode::NoTexcoords,
                     "the mesh has no texture coordinates to show");
+    if (o.shade == Shade::Colors && !input.color)
+        return fail(ErrorCode::InvalidOption, "the mesh has no colours to show");
     return ok();
 }
 

@@ -33,11 +33,13 @@ enum class Shade : std::uint8_t {
     Distance,    ///< to another surface, over the diagonal
     Checker,  ///< eight by eight squares in each unit of the texture coordinates, redder
               ///< along u and greener along v
+    Colors,   ///< the mesh's own, taken for sRGB, under one light
 };
 
 /// Names of the shades, in their order.
-inline constexpr std::array<std::string_view, 8> kShadeNames = {
-    "phong", "normals", "reflection", "mean", "gauss", "patches", "distance", "checker"};
+inline constexpr std::array<std::string_view, 9> kShadeNames = {
+    "phong",   "normals",  "reflection", "mean", "gauss",
+    "patches", "distance", "checker",    "color"};
 
 std::optional<Shade> parse_shade(std::string_view name);
 
@@ -74,9 +76,11 @@ struct PictureInput {
     /// For Shade::Distance; already divided by the diagonal.
     std::function<double(const SurfaceJet<double>&, const QuarterPoint&)> distance;
     std::function<TextureJet(const QuarterPoint&)> texture;  ///< for Shade::Checker
+    /// Red, green, blue from 0 to 1; for Shade::Colors.
+    std::function<Vec3<double>(const QuarterPoint&)> color;
 };
 
-/// Everything but title, distance and texture. \pre the surface outlives it, unmoved
+/// Everything but title, distance, texture and colour. \pre the surface outlives it, unmoved
 PictureInput picture_input(const Surface& surface);
 
 enum class UpAxis : std::uint8_t { X, Y, Z };

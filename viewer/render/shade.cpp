@@ -63,6 +63,9 @@ Vec Shader::sample(double x, double y) const {
             return patches(*hit);
         case Shade::Checker:
             return checker(*hit);
+        case Shade::Colors:
+            return lit(*hit) *
+                   to_linear(255.0 * glm::clamp(input_.color(hit->at), 0.0, 1.0));
     }
     return {};
 }

@@ -165,6 +165,7 @@ TEST(PictureNames, ParseToTheirShades) {
     EXPECT_EQ(parse_shade("patches"), Shade::Patches);
     EXPECT_EQ(parse_shade("distance"), Shade::Distance);
     EXPECT_EQ(parse_shade("checker"), Shade::Checker);
+    EXPECT_EQ(parse_shade("color"), Shade::Colors);
     for (const char* wrong : {"", "Phong", "phong ", "pho", "curvature"})
         EXPECT_EQ(parse_shade(wrong), std::nullopt) << wrong;
 }
@@ -590,6 +591,34 @@ TEST_F(Picture, FineCheckerIsEven) {
         EXPECT_LE(difference(image.at(x, 36), image.at(x + 1, 36)), 10) << x;
 }
 
+// Red where x is positive, what is beyond 1 as 1; the light is white.
+TEST_F(Picture, ColorShowsTheColoursOfTheMesh) {
+    const Sphere sphere;
+    PictureOptions o = small(Shade::Colors);
+    o.elevation_deg = 90;
+    PictureInput input = sphere.input();
+    input.color = [&](const QuarterPoint& q) {
+        return sphere(q).p.x > 0 ? Vec(3, 0, 0) : Vec(0, -1, 0.5);
+    };
+    const Image image = render(input, o);
+    const SphereView view(o);
+    int n_red = 0, n_blue = 0;
+    for (int y = 0; y < o.height; ++y) {
+        for (int x = 0; x < o.width; ++x) {
+            if (view.radius(x, y) > 0.8 || std::abs(view.normal(x, y).x) < 0.05)
+                continue;
+            const Color& c = image.at(x, y);
+            const bool red = view.normal(x, y).x > 0;
+            (red ? n_red : n_blue) += 1;
+            EXPECT_EQ(c.y, 0) << x << " " << y;
+            EXPECT_EQ(red ? c.z : c.x, 0) << x << " " << y;
+            EXPECT_GT(red ? c.x : c.z, red ? 150 : 75) << x << " " << y;
+        }
+    }
+    EXPECT_GT(n_red, 500);
+    EXPECT_GT(n_blue, 500);
+}
+
 TEST(PictureInput, KnowsTheDistanceToPatchEdges) {
     std::mt19937 random(42);
     std::uniform_real_distribution<double> uniform(0.01, 0.99);
@@ -750,6 +779,7 @@ TEST(PictureErrors, NameTheReason) {
              with([&](PictureOptions& p) { p.range = inf; }),
              with([](PictureOptions& p) { p.shade = Shade::Patches; }),
              with([](PictureOptions& p) { p.shade = Shade::Distance; }),
+             with([](PictureOptions& p) { p.shade = Shade::Colors; }),
          })
         expect_error(input, o, ErrorCode::InvalidOption);
     expect_error(input, small(Shade::Checker), ErrorCode::NoTexcoords);
