@@ -198,8 +198,11 @@ AddressReport evaluate_addresses(const Evaluator& evaluator, std::span<const T> 
     Counts counts;
     detail::for_each_chunk(
         where.size(), kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
-            auto& [faces, groups, targets] = threads.local();
-            const std::span<const std::size_t> sorted = faces.sort(where, begin, end);
+            Thread& thread = threads.local();
+            Groups& groups = thread.groups;
+            std::vector<T*>& targets = thread.targets;
+            const std::span<const std::size_t> sorted =
+                thread.faces.sort(where, begin, end);
             for (std::size_t first = 0; first < sorted.size(); first += kPart) {
                 groups.collect(
                     table, where,
