@@ -133,12 +133,12 @@ Result<Surface> Surface::Impl::build(const Mesh& mesh, Channels<const T> positio
         if (!features)
             return features.error();
         detail::at_stage("laying patches", 0.2, 0.8);
-        Result<PatchTable> table =
+        Result<PatchTable> patches =
             build_table(mesh, std::move(*topology), std::move(*features), options);
-        if (!table)
-            return table.error();
+        if (!patches)
+            return patches.error();
         detail::at_stage("placing points", 0.8, 1);
-        return Surface(std::make_unique<Impl>(std::move(*table), positions));
+        return Surface(std::make_unique<Impl>(std::move(*patches), positions));
     });
 }
 

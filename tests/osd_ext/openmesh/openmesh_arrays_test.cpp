@@ -52,7 +52,7 @@ std::multiset<std::vector<std::array<double, 3>>> face_places(
             const Vec3<double> p = point_of(mesh, v);
             places.push_back({p.x, p.y, p.z});
         }
-        std::ranges::rotate(places, std::ranges::min_element(places));
+        std::rotate(places.begin(), std::ranges::min_element(places), places.end());
         result.insert(places);
     }
     return result;
