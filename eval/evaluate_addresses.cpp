@@ -7,7 +7,6 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -17,6 +16,7 @@
 #include <osdx/topology.h>
 
 #include "far/parallel.h"
+#include "far/refine/stencil_rows.h"
 
 namespace osdx::inline OSDX_ABI {
 namespace {
@@ -233,36 +233,7 @@ template OSDX_API AddressReport evaluate_addresses(const Evaluator&,
 
 namespace {
 
-/// A sum of sparse rows, for one thread.
-class RowSum {
-public:
-    explicit RowSum(Index n) : sums_(n), is_in_(n) {}
-
-    void add(Index column, double weight) {
-        if (!is_in_[column]) {
-            is_in_[column] = 1;
-            columns_.push_back(column);
-        }
-        sums_[column] += weight;
-    }
-    /// Calls f(column, sum) in ascending order, and is empty then.
-    template <class F>
-    void take(F&& f) {
-        std::ranges::sort(columns_);
-        for (const Index c : columns_) {
-            f(c, sums_[c]);
-            sums_[c] = 0;
-            is_in_[c] = 0;
-        }
-        columns_.clear();
-    }
-
-private:
-    std::vector<double> sums_;
-    Flags is_in_;
-    std::vector<Index> columns_;
-};
-
+using detail::DenseRow;
 using Row = std::vector<std::pair<Index, double>>;
 
 /// The rows of refined points over the base vertices, of those that are asked for and what
@@ -280,13 +251,14 @@ public:
             for (std::size_t k = stencils.offsets[r]; k < stencils.offsets[r + 1]; ++k)
                 wanted[stencils.indices[k]] = 1;
         }
-        detail::PerThread<RowSum> sums([&] { return RowSum(n_base); });
+        detail::PerThread<DenseRow> sums;
         const auto groups = table.row_groups();
         for (std::size_t g = 0; g + 1 < groups.size(); ++g) {
             detail::for_each_chunk(
                 groups[g + 1] - groups[g], detail::kSmallChunk,
                 [&](std::size_t, std::size_t begin, std::size_t end) {
-                    RowSum& sum = sums.local();
+                    DenseRow& sum = sums.local();
+                    sum.fit(n_base);
                     for (std::size_t i = begin; i < end; ++i) {
                         const Index r = groups[g] + static_cast<Index>(i);
                         if (!wanted[n_base + r])
@@ -301,7 +273,7 @@ public:
     }
 
     /// Adds a point's row times a weight.
-    void add(Index point, double weight, RowSum& sum) const {
+    void add(Index point, double weight, DenseRow& sum) const {
         if (point < table_.n_base_points())
             return sum.add(point, weight);
         for (const auto& [c, w] : rows_[point - table_.n_base_points()])
@@ -311,12 +283,6 @@ public:
 private:
     const PatchTable& table_;
     std::vector<Row> rows_;
-};
-
-/// The rows of each address, wherever its task has put them.
-struct Pieces {
-    std::vector<Index> indices;
-    std::vector<double> weights;
 };
 
 }  // namespace
@@ -338,32 +304,24 @@ WeightRows weights_at(const Evaluator& evaluator, std::span<const Address> where
     }
     const Index n_columns = base ? table.n_base_points() : table.n_points();
     struct Thread {
-        RowSum sum;
+        DenseRow row;
         std::vector<double> weights;
     };
-    detail::PerThread<Thread> threads([&] { return Thread{RowSum(n_columns), {}}; });
-
-    // Chunk by chunk, then one after the other.
-    constexpr std::size_t kChunk = 1024;
-    const std::size_t n_chunks = detail::n_chunks(where.size(), kChunk);
-    std::vector<Pieces> pieces(n_chunks);
-    WeightRows result;
-    StencilTable& rows = result.rows;
-    rows.offsets.resize(where.size() * n_rows + 1);
-    rows.offsets[0] = 0;
+    detail::PerThread<Thread> threads;
     Counts counts;
-    detail::for_each_chunk(
-        where.size(), kChunk, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-            Thread& thread = threads.local();
-            Pieces& piece = pieces[chunk];
+    const auto n_addresses = static_cast<Index>(where.size());
+    StencilTable rows = detail::make_row_chunks(
+        n_addresses, [&](Index begin, Index end, StencilTable& out) {
+            auto& thread = threads.local();
+            thread.row.fit(n_columns);
             std::size_t n_clamped = 0, n_without = 0, first_without = SIZE_MAX;
-            for (std::size_t i = begin; i < end; ++i) {
+            for (Index i = begin; i < end; ++i) {
                 const Address& at = where[i];
-                std::size_t* const sizes = &rows.offsets[i * n_rows + 1];
                 if (!table.has_point(at)) {
-                    std::fill_n(sizes, n_rows, 0);
+                    for (int r = 0; r < n_rows; ++r)
+                        out.end_row();
                     ++n_without;
-                    first_without = std::min(first_without, i);
+                    first_without = std::min<std::size_t>(first_without, i);
                     continue;
                 }
                 const QuarterPoint q = to_quarter(table.base(), at);
@@ -376,31 +334,17 @@ WeightRows weights_at(const Evaluator& evaluator, std::span<const Address> where
                     for (std::size_t k = 0; k < points.size(); ++k) {
                         const double w = thread.weights[r * points.size() + k];
                         if (base)
-                            base->add(points[k], w, thread.sum);
+                            base->add(points[k], w, thread.row);
                         else
-                            thread.sum.add(points[k], w);
+                            thread.row.add(points[k], w);
                     }
-                    const std::size_t before = piece.indices.size();
-                    thread.sum.take([&](Index c, double w) {
-                        piece.indices.push_back(c);
-                        piece.weights.push_back(w);
-                    });
-                    sizes[r] = piece.indices.size() - before;
+                    thread.row.take([&](Index c, double w) { out.add(c, w); });
+                    out.end_row();
                 }
             }
             counts.add(n_clamped, n_without, first_without);
         });
-    result.report = counts.report();
-    std::partial_sum(rows.offsets.begin(), rows.offsets.end(), rows.offsets.begin());
-    rows.indices.resize(rows.offsets.back());
-    rows.weights.resize(rows.offsets.back());
-    detail::for_each_task(n_chunks, [&](std::size_t chunk) {
-        const std::size_t first = rows.offsets[chunk * kChunk * n_rows];
-        std::ranges::copy(pieces[chunk].indices, rows.indices.begin() + first);
-        std::ranges::copy(pieces[chunk].weights, rows.weights.begin() + first);
-        pieces[chunk] = {};
-    });
-    return result;
+    return {std::move(rows), counts.report()};
 }
 
 }  // namespace osdx::inline OSDX_ABI

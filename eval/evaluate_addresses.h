@@ -53,7 +53,8 @@ struct WeightRows {
 
 /// The weights of evaluate_addresses() as sparse rows, for those who apply them themselves. Of a
 /// tessellation: at Tessellation::addresses.
-WeightRows OSDX_API weights_at(const Evaluator& evaluator, std::span<const Address> where,
+/// \pre where.size() < kInvalidIndex
+OSDX_API WeightRows weights_at(const Evaluator& evaluator, std::span<const Address> where,
                                int order, Chart chart = Chart::BaseUV,
                                WeightsOf of = WeightsOf::BaseVertices);
 

@@ -9,6 +9,8 @@
 #define OSDX_EVAL_RIBBON_POINTS_INL_H_
 #endif
 
+#include <array>
+
 #include "eval/kernels/point_kernels.h"
 #include "eval/kernels/points-inl.h"
 #include "eval/kernels/ribbon_one-inl.h"
@@ -180,6 +182,28 @@ void ring_points(const KernelTables& tables, const double* net, int n_channels,
         for (int r = 0; r < jet.kSize; ++r)
             jet.c[r].store(out.value[r][c]);
     }
+}
+
+/// Those for a class of rings, by the order of the derivatives.
+template <int kDegree, bool kEV, int kChannels>
+std::array<PointKernels::Many, 3> ring_kernels_of() {
+    return {&ring_points<kDegree, kEV, 0, kChannels>,
+            &ring_points<kDegree, kEV, 1, kChannels>,
+            &ring_points<kDegree, kEV, 2, kChannels>};
+}
+template <int kChannels>
+std::array<PointKernels::Many, 3> ring_kernels(const KernelTables& tables) {
+    if constexpr (kHasRibbons) {
+        if (tables.ring->is_ring()) {
+            const bool is_ev = tables.kind == PatchKind::EV;
+            if (tables.degree == 3)
+                return is_ev ? ring_kernels_of<3, true, kChannels>()
+                             : ring_kernels_of<3, false, kChannels>();
+            return is_ev ? ring_kernels_of<0, true, kChannels>()
+                         : ring_kernels_of<0, false, kChannels>();
+        }
+    }
+    return {};
 }
 
 }  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE

@@ -15,24 +15,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace osdx::inline OSDX_ABI::HWY_NAMESPACE {
 
-template <int kDegree, bool kEV>
-void set_ring_points(PointKernels& kernels) {
-    kernels.many = {&ring_points<kDegree, kEV, 0, 3>, &ring_points<kDegree, kEV, 1, 3>,
-                    &ring_points<kDegree, kEV, 2, 3>};
-}
-
 void set_ribbon_many(const KernelTables& tables, PointKernels& kernels) {
-    if constexpr (kHasRibbons) {
-        if (!tables.ring->is_ring())
-            return;
-        const bool is_ev = tables.kind == PatchKind::EV;
-        if (tables.degree == 3)
-            is_ev ? set_ring_points<3, true>(kernels)
-                  : set_ring_points<3, false>(kernels);
-        else
-            is_ev ? set_ring_points<0, true>(kernels)
-                  : set_ring_points<0, false>(kernels);
-    }
+    kernels.many = ring_kernels<3>(tables);
 }
 
 }  // namespace osdx::inline OSDX_ABI::HWY_NAMESPACE
