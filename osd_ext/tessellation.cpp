@@ -38,6 +38,10 @@ struct Part {
     std::vector<Index> facet_sizes;
     std::vector<std::int32_t> corners;
     std::vector<Vec2<double>> uvs;  ///< of these
+
+    /// No corner is on an edge: facets of a side begin with one that is, and so do those of the
+    /// inside of a rate of 1; of any other inside all are inner.
+    bool is_inner() const { return !corners.empty() && corners.front() < 0; }
 };
 
 /// The parts of the faces of n corners with a rate inside.
@@ -294,7 +298,8 @@ public:
                 return;
             add_facets(face);
             for_each_own(face, [&](const Place& place, Index number) {
-                add_jet(face, place, number, surface(in_mesh(place.point, face)));
+                const SurfaceJet<double> jet = surface(in_mesh(place.point, face));
+                add_jet(face, place, number, jet.p, jet.du, jet.dv);
             });
         });
         return std::move(out_);
@@ -325,13 +330,15 @@ private:
                 add_facets(face);
                 const std::size_t first = grid.first_sample(face) - block.first_sample;
                 for_each_own(face, [&](const Place& place, Index number) {
-                    const std::size_t sample = first + place.sample;
-                    add_jet(face, place, number,
-                            place.sample != kInvalidIndex
-                                ? SurfaceJet<double>{at(0, sample), at(1, sample),
-                                                     at(2, sample)}
-                                : evaluator.evaluate<double, 1>(
-                                      points, in_mesh(place.point, face), Chart::Native));
+                    if (place.sample != kInvalidIndex) {
+                        const std::size_t sample = first + place.sample;
+                        add_jet(face, place, number, at(0, sample), at(1, sample),
+                                at(2, sample));
+                        return;
+                    }
+                    const auto jet = evaluator.evaluate<double, 1>(
+                        points, in_mesh(place.point, face), Chart::Native);
+                    add_jet(face, place, number, jet.p, jet.du, jet.dv);
                 });
             }
         });
@@ -547,6 +554,13 @@ private:
         const auto add = [&](const Part& part, std::size_t first) {
             sizes = std::ranges::copy(part.facet_sizes, sizes).out;
             uvs = std::ranges::copy(part.uvs, uvs).out;
+            if (part.is_inner()) {
+                Index* const begin = out_points;
+                for (const std::int32_t c : part.corners)
+                    *out_points++ = at.point + static_cast<Index>(~c);
+                out_normals = std::copy(begin, out_points, out_normals);
+                return;
+            }
             for (const std::int32_t c : part.corners) {
                 const Index inner = at.point + static_cast<Index>(~c);
                 *out_points++ = c < 0 ? inner : points[first + static_cast<Index>(c)];
@@ -610,12 +624,12 @@ private:
             f(place, point++);
     }
 
-    void add_jet(Index face, const Place& place, Index number,
-                 const SurfaceJet<double>& jet) {
-        out_.normals[number] = unit_normal(jet.du, jet.dv);
+    void add_jet(Index face, const Place& place, Index number, const Vec3<double>& p,
+                 const Vec3<double>& du, const Vec3<double>& dv) {
+        out_.normals[number] = unit_normal(du, dv);
         if (number >= n_points_)
             return;
-        out_.positions[number] = jet.p;
+        out_.positions[number] = p;
         out_.addresses[number] = {face, place.address.u, place.address.v};
     }
 
