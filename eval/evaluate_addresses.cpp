@@ -16,6 +16,7 @@
 #include <osdx/topology.h>
 
 #include "far/parallel.h"
+#include "far/patches/leaf_runs.h"
 #include "far/refine/stencil_rows.h"
 
 namespace osdx::inline OSDX_ABI {
@@ -38,48 +39,88 @@ struct Counts {
     }
 };
 
-/// Whether to_quarter() moved the point, by more than rounding does.
-bool was_clamped(const PatchTable& table, const Address& at, const QuarterPoint& q) {
-    constexpr double kRounding = 1e-12;
-    if (table.base().face_size(at.face) == 4)
-        return std::min(at.u, at.v) < -kRounding || std::max(at.u, at.v) > 1 + kRounding;
-    const Address back = to_address(table.base(), q);
-    return !(std::abs(back.u - at.u) <= kRounding &&
-             std::abs(back.v - at.v) <= kRounding);
-}
+struct NumberedAddress {
+    Address at;
+    Index number;  ///< counted from the beginning of a chunk
+};
 
-/// The addresses of a chunk in the order of their faces, roughly where there are many.
-class FaceOrder {
+/// Addresses in the order of keys below n_keys.
+class CountingSort {
 public:
-    explicit FaceOrder(Index n_faces)
-        : n_keys_(std::min<std::uint64_t>(n_faces, kMostKeys)),
-          keys_of_face_((n_keys_ << 32) / n_faces),
-          next_(n_keys_) {}
-
-    std::span<const std::size_t> sort(std::span<const Address> where, std::size_t begin,
-                                      std::size_t end) {
-        std::ranges::fill(next_, Index(0));
-        for (std::size_t i = begin; i < end; ++i)
-            ++next_[key(where[i])];
+    /// \param key  key(i) of address i
+    /// \param address  address(i), numbered
+    template <class Key, class NumberedAt>
+    void sort(std::size_t n, std::size_t n_keys, Key&& key, NumberedAt&& address) {
+        ends_.assign(n_keys, 0);
+        for (std::size_t i = 0; i < n; ++i)
+            ++ends_[key(i)];
         Index sum = 0;
-        for (Index& n : next_)
-            sum += std::exchange(n, sum);
-        order_.resize(end - begin);
-        for (std::size_t i = begin; i < end; ++i)
-            order_[next_[key(where[i])]++] = i;
-        return order_;
+        for (Index& e : ends_)
+            sum += std::exchange(e, sum);
+        sorted_.resize(std::max(n, sorted_.size()));
+        for (std::size_t i = 0; i < n; ++i)
+            sorted_[ends_[key(i)]++] = address(i);
+    }
+
+    std::size_t n_keys() const { return ends_.size(); }
+    std::span<const NumberedAddress> of_key(std::size_t k) const {
+        const Index begin = k > 0 ? ends_[k - 1] : 0;
+        return std::span(sorted_).subspan(begin, ends_[k] - begin);
+    }
+    std::span<const NumberedAddress> all() const {
+        return std::span(sorted_).first(ends_.back());
     }
 
 private:
-    static constexpr std::uint64_t kMostKeys = std::uint64_t(1) << 14;
+    std::vector<Index> ends_;
+    std::vector<NumberedAddress> sorted_;
+};
 
-    std::size_t key(const Address& at) const {
-        return std::min(at.face * keys_of_face_ >> 32, n_keys_ - 1);
+/// The addresses of a chunk in the order of their faces, roughly where there are very many: by
+/// groups of faces first, so that a group and what is written stay in the nearer caches.
+class FaceOrder {
+public:
+    explicit FaceOrder(Index n_faces)
+        : last_face_(n_faces - 1),
+          shift_(static_cast<int>(std::bit_width(last_face_ / kMostGroups))),
+          n_groups_((last_face_ >> shift_) + 1) {}
+
+    /// Calls f(addresses) for each group.
+    template <class F>
+    void for_each_group(std::span<const Address> chunk, F&& f) {
+        const auto face = [&](const Address& at) {
+            return std::min(at.face, last_face_);
+        };
+        groups_.sort(
+            chunk.size(), n_groups_,
+            [&](std::size_t i) { return face(chunk[i]) >> shift_; },
+            [&](std::size_t i) {
+                return NumberedAddress{chunk[i], static_cast<Index>(i)};
+            });
+        for (Index g = 0; g < n_groups_; ++g) {
+            const auto group = groups_.of_key(g);
+            if (group.empty())
+                continue;
+            // No more keys than a few for each address.
+            int rough = 0;
+            while ((std::size_t(1) << (shift_ - rough)) > 8 * group.size())
+                ++rough;
+            const Index in_group = (Index(1) << shift_) - 1;
+            faces_.sort(
+                group.size(), std::size_t(1) << (shift_ - rough),
+                [&](std::size_t i) { return (face(group[i].at) & in_group) >> rough; },
+                [&](std::size_t i) { return group[i]; });
+            f(faces_.all());
+        }
     }
 
-    std::uint64_t n_keys_, keys_of_face_;
-    std::vector<Index> next_;
-    std::vector<std::size_t> order_;
+private:
+    static constexpr Index kMostGroups = 128;
+
+    Index last_face_;
+    int shift_;  // 2^shift_ faces are a group
+    Index n_groups_;
+    CountingSort groups_, faces_;
 };
 
 /// Asks in time for what is read or written next and may lie anywhere.
@@ -91,93 +132,6 @@ void prefetch(const T* begin, std::size_t n = 1) {
 #endif
 }
 
-/// Some addresses by patches. One for each thread, used again and again.
-class Groups {
-public:
-    /// \param which  of the addresses
-    void collect(const PatchTable& table, std::span<const Address> where,
-                 std::span<const std::size_t> which, Counts& counts) {
-        places_.clear();
-        groups_.clear();
-        without_.clear();
-        slots_.assign(std::bit_ceil(2 * which.size()), kInvalidIndex);
-        std::size_t n_clamped = 0, first_without = SIZE_MAX;
-        for (std::size_t k = 0; k < which.size(); ++k) {
-            if (k + kAhead < which.size())
-                prefetch(&where[which[k + kAhead]]);
-            const std::size_t i = which[k];
-            const Address& at = where[i];
-            if (!table.has_point(at)) {
-                without_.push_back(i);
-                first_without = std::min(first_without, i);
-                continue;
-            }
-            const QuarterPoint q = to_quarter(table.base(), at);
-            n_clamped += was_clamped(table, at, q);
-            const PatchPoint point = table.locate(q);
-            const Index g = group(point.patch);
-            ++groups_[g].n;
-            places_.push_back({point, i, g});
-        }
-        if (n_clamped > 0 || !without_.empty())
-            counts.add(n_clamped, without_.size(), first_without);
-        Index first = 0;
-        for (Group& g : groups_) {
-            g.next = first;
-            first += g.n;
-        }
-        points_.resize(places_.size());
-        addresses_.resize(places_.size());
-        for (const Place& p : places_) {
-            const Index k = groups_[p.group].next++;
-            points_[k] = p.point;
-            addresses_[k] = p.address;
-        }
-    }
-
-    std::span<const std::size_t> without_point() const { return without_; }
-
-    /// Calls f(places, their addresses) for each patch.
-    template <class F>
-    void for_each(F&& f) const {
-        for (const Group& g : groups_)
-            f(std::span(points_).subspan(g.next - g.n, g.n),
-              std::span(addresses_).subspan(g.next - g.n, g.n));
-    }
-
-private:
-    static constexpr std::size_t kAhead = 16;
-
-    struct Place {
-        PatchPoint point;
-        std::size_t address;
-        Index group;
-    };
-    struct Group {
-        Index patch;
-        Index n = 0, next = 0;
-    };
-
-    /// By open addressing.
-    Index group(Index patch) {
-        const std::size_t mask = slots_.size() - 1;
-        std::size_t slot = (patch * std::uint32_t(0x9e3779b9u)) & mask;
-        while (slots_[slot] != kInvalidIndex && groups_[slots_[slot]].patch != patch)
-            slot = (slot + 1) & mask;
-        if (slots_[slot] == kInvalidIndex) {
-            slots_[slot] = static_cast<Index>(groups_.size());
-            groups_.push_back({patch});
-        }
-        return slots_[slot];
-    }
-
-    std::vector<Place> places_;
-    std::vector<Group> groups_;
-    std::vector<Index> slots_;
-    std::vector<std::size_t> without_, addresses_;
-    std::vector<PatchPoint> points_;
-};
-
 }  // namespace
 
 template <class T>
@@ -185,40 +139,73 @@ AddressReport evaluate_addresses(const Evaluator& evaluator, std::span<const T> 
                                  int n_channels, std::span<const Address> where,
                                  int order, Chart chart, Channels<T> out) {
     assert(out.n == n_derivatives(order) * n_channels);
-    // A chunk with its results may stay in the last cache, a part of it in the second.
-    constexpr std::size_t kChunk = std::size_t(1) << 17, kPart = 2048;
+    // A chunk with its results may stay in the last cache; some for each thread, no more than
+    // that, so that patches have many addresses. Results do not depend on what is evaluated
+    // at once.
+    constexpr std::size_t kLeast = std::size_t(1) << 12, kMost = std::size_t(1) << 19;
+    const std::size_t n_threads = detail::n_threads();
+    const std::size_t chunk = std::clamp(
+        where.size() / (n_threads == 1 ? 1 : 2 * n_threads) + 1, kLeast, kMost);
     const PatchTable& table = evaluator.table();
     struct Thread {
         FaceOrder faces;
-        Groups groups = {};
-        std::vector<T*> targets = {};
+        detail::LeafRuns runs;
     };
-    detail::PerThread<Thread> threads(
-        [&] { return Thread{FaceOrder(table.base().n_faces())}; });
+    detail::PerThread<Thread> threads([&] {
+        return Thread{FaceOrder(table.base().n_faces()), detail::LeafRuns(table)};
+    });
     Counts counts;
     detail::for_each_chunk(
-        where.size(), kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+        where.size(), chunk, [&](std::size_t, std::size_t begin, std::size_t end) {
             Thread& thread = threads.local();
-            Groups& groups = thread.groups;
-            std::vector<T*>& targets = thread.targets;
-            const std::span<const std::size_t> sorted =
-                thread.faces.sort(where, begin, end);
-            for (std::size_t first = 0; first < sorted.size(); first += kPart) {
-                groups.collect(
-                    table, where,
-                    sorted.subspan(first, std::min(kPart, sorted.size() - first)),
-                    counts);
-                for (const std::size_t i : groups.without_point())
-                    std::fill_n(out[i], out.n, std::numeric_limits<T>::quiet_NaN());
-                groups.for_each([&](std::span<const PatchPoint> points,
-                                    std::span<const std::size_t> addresses) {
-                    targets.clear();
-                    for (const std::size_t i : addresses)
-                        targets.push_back(out[i]);
-                    evaluator.evaluate_many_channels<T>(values, n_channels, points, order,
-                                                        chart, targets);
-                });
-            }
+            const Channels<T> rows{out[begin], out.stride, out.n};
+            std::size_t n_clamped = 0, n_without = 0, first_without = SIZE_MAX;
+            const auto evaluate = [&](std::span<const NumberedAddress> sorted) {
+                for (std::size_t k = 0; k < sorted.size();) {
+                    const Index face = sorted[k].at.face;
+                    const bool has_surface =
+                        face < table.base().n_faces() && table.has_surface(face);
+                    if (has_surface)
+                        thread.runs.start(face);
+                    std::size_t n = 0;
+                    for (; k < sorted.size() && n < detail::LeafRuns::kMost; ++k) {
+                        const auto& [at, number] = sorted[k];
+                        if (at.face != face)
+                            break;
+                        if (!has_surface || std::isnan(at.u) || std::isnan(at.v)) {
+                            std::fill_n(rows[number], out.n,
+                                        std::numeric_limits<T>::quiet_NaN());
+                            ++n_without;
+                            first_without =
+                                std::min<std::size_t>(first_without, begin + number);
+                            continue;
+                        }
+                        prefetch(rows[number], out.n);
+                        n_clamped += thread.runs.add(at, number);
+                        ++n;
+                    }
+                    if (n == 0)
+                        continue;
+                    const auto runs = thread.runs.runs();
+                    const auto points = [&](std::size_t r) {
+                        return table.patch(runs[r].places.patch).points;
+                    };
+                    for (std::size_t r = 0; r < runs.size(); ++r) {
+                        if (r + 2 < runs.size())
+                            prefetch(points(r + 2).data(), points(r + 2).size());
+                        if (r + 1 < runs.size()) {
+                            for (const Index p : points(r + 1))
+                                prefetch(&values[std::size_t(p) * n_channels],
+                                         n_channels);
+                        }
+                        evaluator.evaluate_many_channels<T>(values, n_channels,
+                                                            runs[r].places, order, chart,
+                                                            rows, runs[r].numbers);
+                    }
+                }
+            };
+            thread.faces.for_each_group(where.subspan(begin, end - begin), evaluate);
+            counts.add(n_clamped, n_without, first_without);
         });
     return counts.report();
 }
@@ -325,7 +312,7 @@ WeightRows weights_at(const Evaluator& evaluator, std::span<const Address> where
                     continue;
                 }
                 const QuarterPoint q = to_quarter(table.base(), at);
-                n_clamped += was_clamped(table, at, q);
+                n_clamped += detail::was_clamped(table.base(), at, q);
                 const PatchPoint point = table.locate(q);
                 const auto points = table.patch(point.patch).points;
                 thread.weights.resize(n_rows * points.size());

@@ -204,60 +204,24 @@ SurfaceJet<T> Evaluator::evaluate(std::span<const Vec3<T>> points,
 
 namespace {
 
-/// Places of one patch, kLanes at a time, as far as there is a kernel for it.
-class Batches {
+/// The values of a patch' control points, as the kernels of many places read them.
+class Net {
 public:
-    Batches(const PatchKernel& kernel, std::size_t n_places)
-        : kernel_(kernel), has_many_(kernel.has_many() && n_places >= kFewest) {}
-
-    /// Calls many(jets, i, k) for place i, which is lane k of jets, or one(i).
-    /// \param value  value(i, c): channel c of control point i
-    template <class Value, class Many, class One>
-    void run(std::size_t n_points, int n_channels, std::span<const PatchPoint> where,
-             int order, Chart chart, Value&& value, Many&& many, One&& one) const {
-        if (!has_many_) {
-            for (std::size_t i = 0; i < where.size(); ++i)
-                one(i);
-            return;
+    /// \tparam kChannels  0 for any number
+    template <int kChannels = 0, class T>
+    std::span<const double> read(std::span<const Index> points, const T* values,
+                                 int n_channels, int stride) noexcept {
+        double* out = values_;
+        for (const Index p : points) {
+            const T* value = values + std::size_t(p) * stride;
+            for (int c = 0; c < (kChannels > 0 ? kChannels : n_channels); ++c)
+                *out++ = value[c];
         }
-        double net[detail::kManyChannels * detail::kMostManyPoints];
-        std::size_t n_values = 0;
-        for (std::size_t i = 0; i < n_points; ++i) {
-            for (int c = 0; c < n_channels; ++c)
-                net[n_values++] = value(i, c);
-        }
-        detail::PointPlaces at{};
-        detail::PointJets jets;
-        for (std::size_t first = 0; first < where.size(); first += kMost) {
-            const std::size_t n = std::min(kMost, where.size() - first);
-            const bool at_once = n >= kFewest;
-            for (std::size_t k = 0; at_once && k < n; ++k) {
-                const PatchPoint& p = where[first + k];
-                assert(p.patch == where[0].patch);
-                const detail::ChartTurn turn = turn_of(p, chart);
-                at.sector[k] = static_cast<int>(p.sector);
-                at.a[k] = p.a;
-                at.b[k] = p.b;
-                at.cos[k] = turn.cos;
-                at.sin[k] = turn.sin;
-            }
-            if (at_once)
-                kernel_.sum_many({net, n_values}, n_channels, at, chart, order, jets);
-            for (std::size_t k = 0; k < n; ++k) {
-                const PatchPoint& p = where[first + k];
-                if (at_once && kernel_.takes({0, p.a, p.b}))
-                    many(jets, first + k, k);
-                else
-                    one(first + k);
-            }
-        }
+        return {values_, out};
     }
 
 private:
-    static constexpr std::size_t kMost = detail::kLanes, kFewest = kMost / 2;
-
-    const PatchKernel& kernel_;
-    bool has_many_;
+    double values_[detail::kManyChannels * detail::kMostManyPoints];
 };
 
 }  // namespace
@@ -270,53 +234,116 @@ void Evaluator::evaluate_many(std::span<const Vec3<T>> points,
     if (where.empty())
         return;
     const PatchRef patch = table_->patch(where[0].patch);
-    Batches(classes_[patch.patch_class].kernel, where.size())
-        .run(
-            patch.points.size(), 3, where, Order, chart,
-            [&](std::size_t i, int c) { return points[patch.points[i]][c]; },
-            [&](const detail::PointJets& jets, std::size_t i, std::size_t k) {
-                fill<Order>(out[i], [&](int r) {
-                    const auto& v = jets.value[r];
-                    return Vec3<T>(Vec3<double>(v[0][k], v[1][k], v[2][k]));
-                });
-            },
-            [&](std::size_t i) { out[i] = evaluate<T, Order>(points, where[i], chart); });
+    const PatchKernel& kernel = classes_[patch.patch_class].kernel;
+    constexpr std::size_t kMost = detail::kLanes, kFewest = 2;
+    const bool has_many = kernel.has_many() && where.size() >= kFewest;
+    Net net;
+    std::span<const double> values;
+    if (has_many)
+        values = net.read<3>(patch.points, &points.data()->x, 3, 3);
+    detail::PointPlaces at{};
+    detail::PointJets jets;
+    for (std::size_t first = 0; first < where.size(); first += kMost) {
+        const std::size_t n = std::min(kMost, where.size() - first);
+        const bool at_once = has_many && n >= kFewest;
+        for (std::size_t k = 0; at_once && k < n; ++k) {
+            const PatchPoint& p = where[first + k];
+            assert(p.patch == where[0].patch);
+            const detail::ChartTurn turn = turn_of(p, chart);
+            at.sector[k] = static_cast<int>(p.sector);
+            at.a[k] = p.a;
+            at.b[k] = p.b;
+            at.cos[k] = turn.cos;
+            at.sin[k] = turn.sin;
+        }
+        if (at_once)
+            kernel.sum_many(values, 3, at, chart, Order, jets);
+        for (std::size_t k = 0; k < n; ++k) {
+            const PatchPoint& p = where[first + k];
+            if (!at_once || !kernel.takes({0, p.a, p.b})) {
+                out[first + k] = evaluate<T, Order>(points, p, chart);
+                continue;
+            }
+            fill<Order>(out[first + k], [&](int r) {
+                const auto& v = jets.value[r];
+                return Vec3<T>(Vec3<double>(v[0][k], v[1][k], v[2][k]));
+            });
+        }
+    }
 }
+
+namespace {
+
+/// Places of one leaf, whose results go to rows of an array.
+/// \tparam kChannels  0 for any number
+template <int kOrder, int kChannels, class T>
+void channels_of_leaf(const ClassEvaluator& c, std::span<const Index> points,
+                      std::span<const T> values, int n_channels, const PatchPlaces& where,
+                      Chart chart, Channels<T> out,
+                      std::span<const Index> rows) noexcept {
+    const int stride = kChannels > 0 ? kChannels : n_channels;
+    if (!c.kernel.has_many()) {
+        for (std::size_t i = 0; i < rows.size(); ++i)
+            channels<kOrder>(c, points, values, stride, where[i], chart,
+                             {out[rows[i]], std::size_t(out.n)});
+        return;
+    }
+    const detail::ChartTurn turn =
+        turn_of({.quarter_turns = where.quarter_turns, .scale = where.scale}, chart);
+    detail::PointPlaces at{};
+    std::ranges::fill(at.sector, static_cast<int>(where.sector));
+    std::ranges::fill(at.cos, turn.cos);
+    std::ranges::fill(at.sin, turn.sin);
+    Net net;
+    detail::PointJets jets;
+    for (int first = 0; first < stride; first += detail::kManyChannels) {
+        const int n_at_once =
+            kChannels > 0 ? kChannels : std::min(detail::kManyChannels, stride - first);
+        const std::span<const double> of_patch =
+            net.read<kChannels>(points, values.data() + first, n_at_once, stride);
+        for (std::size_t begin = 0; begin < rows.size(); begin += detail::kLanes) {
+            const std::size_t n =
+                std::min<std::size_t>(detail::kLanes, rows.size() - begin);
+            std::copy_n(&where.a[begin], n, at.a);
+            std::copy_n(&where.b[begin], n, at.b);
+            c.kernel.sum_many(of_patch, n_at_once, at, chart, kOrder, jets);
+            for (std::size_t lane = 0; lane < n; ++lane) {
+                T* const row = out[rows[begin + lane]];
+                if (!c.kernel.takes({0, at.a[lane], at.b[lane]})) {
+                    if (first == 0)
+                        channels<kOrder>(c, points, values, stride, where[begin + lane],
+                                         chart, {row, std::size_t(out.n)});
+                    continue;
+                }
+                for (int r = 0; r < n_derivatives(kOrder); ++r) {
+                    for (int k = 0; k < n_at_once; ++k)
+                        row[r * stride + first + k] =
+                            static_cast<T>(jets.value[r][k][lane]);
+                }
+            }
+        }
+    }
+}
+
+}  // namespace
 
 template <class T>
 void Evaluator::evaluate_many_channels(std::span<const T> values, int n_channels,
-                                       std::span<const PatchPoint> where, int order,
-                                       Chart chart,
-                                       std::span<T* const> out) const noexcept {
+                                       const PatchPlaces& where, int order, Chart chart,
+                                       Channels<T> out,
+                                       std::span<const Index> rows) const noexcept {
     assert(values.size() == std::size_t(table_->n_points()) * n_channels);
-    assert(out.size() == where.size());
-    if (where.empty())
-        return;
-    const PatchRef patch = table_->patch(where[0].patch);
+    assert(rows.size() == where.a.size() && rows.size() == where.b.size());
+    assert(out.n == n_derivatives(order) * n_channels);
+    const PatchRef patch = table_->patch(where.patch);
     const ClassEvaluator& c = classes_[patch.patch_class];
-    const Batches batches(c.kernel, where.size());
-    const int n_results = n_derivatives(order);
-    for (int first = 0; first < n_channels; first += detail::kManyChannels) {
-        const int n = std::min(detail::kManyChannels, n_channels - first);
-        batches.run(
-            patch.points.size(), n, where, order, chart,
-            [&](std::size_t i, int k) {
-                return values[std::size_t(patch.points[i]) * n_channels + first + k];
-            },
-            [&](const detail::PointJets& jets, std::size_t i, std::size_t lane) {
-                for (int r = 0; r < n_results; ++r) {
-                    for (int k = 0; k < n; ++k)
-                        out[i][r * n_channels + first + k] =
-                            static_cast<T>(jets.value[r][k][lane]);
-                }
-            },
-            [&](std::size_t i) {
-                if (first == 0)  // all channels
-                    evaluate_channels<T>(
-                        values, n_channels, where[i], order, chart,
-                        {out[i], std::size_t(n_results) * std::size_t(n_channels)});
-            });
-    }
+    detail::with_order(order, [&](auto k) {
+        if (n_channels == 3)
+            channels_of_leaf<k, 3>(c, patch.points, values, 3, where, chart, out, rows);
+        else
+            channels_of_leaf<k, 0>(c, patch.points, values, n_channels, where, chart, out,
+                                   rows);
+    });
 }
 
 template <class T>
@@ -360,8 +387,8 @@ void Evaluator::weights(const PatchPoint& where, int order, Chart chart,
         std::span<const T>, int, const PatchPoint&, int, Chart, std::span<T>) \
         const noexcept;                                                       \
     template void Evaluator::evaluate_many_channels<T>(                       \
-        std::span<const T>, int, std::span<const PatchPoint>, int, Chart,     \
-        std::span<T* const>) const noexcept;
+        std::span<const T>, int, const PatchPlaces&, int, Chart, Channels<T>, \
+        std::span<const Index>) const noexcept;
 OSDX_INSTANTIATE(float)
 OSDX_INSTANTIATE(double)
 #undef OSDX_INSTANTIATE

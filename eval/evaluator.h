@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <osdx/address.h>
+#include <osdx/channels.h>
 #include <osdx/patch_table.h>
 #include <osdx/place.h>
 #include <osdx/surface_jet.h>
@@ -72,12 +73,15 @@ public:
                            std::span<T> out) const noexcept;
 
     /// The same at several places of one patch, as evaluate_many() does.
-    /// \param out  where those of each place go
-    /// \pre all of `where` name the same patch; out.size() == where.size()
+    /// The results at a place do not depend on the others.
+    /// \param out  those of place i go to out[rows[i]]
+    /// \pre rows.size() == where.a.size() == where.b.size();
+    ///      out.n == n_derivatives(order) n_channels
     template <class T>
     void evaluate_many_channels(std::span<const T> values, int n_channels,
-                                std::span<const PatchPoint> where, int order, Chart chart,
-                                std::span<T* const> out) const noexcept;
+                                const PatchPlaces& where, int order, Chart chart,
+                                Channels<T> out,
+                                std::span<const Index> rows) const noexcept;
 
     /// The weights of the control points of the patch and their derivatives: derivative r
     /// of point i is out[r * n + i], n the number of control points.

@@ -19,6 +19,10 @@ Progress*& current_progress() noexcept {
 
 }  // namespace detail
 
+std::size_t detail::n_threads() noexcept {
+    return static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
+}
+
 void with_threads(int n_threads, const std::function<void()>& f) {
     assert(n_threads >= 1);
     tbb::task_arena arena(n_threads);

@@ -122,6 +122,9 @@ inline constexpr std::size_t kChunk = 2048;
 /// The same for work of some ten nanoseconds an element, so that small meshes are shared too.
 inline constexpr std::size_t kSmallChunk = 256;
 
+/// How many may work at the same time: for the size of pieces, never for results.
+std::size_t n_threads() noexcept;
+
 inline std::size_t n_chunks(std::size_t n, std::size_t size = kChunk) noexcept {
     return (n + size - 1) / size;
 }

@@ -7,6 +7,8 @@
 #include <osdx/address.h>
 #include <osdx/topology.h>
 
+#include "far/mesh/quadrant.h"
+
 namespace osdx::inline OSDX_ABI {
 namespace {
 
@@ -29,9 +31,9 @@ QuarterPoint to_quarter(const Topology& base, const Address& address) noexcept {
     if (n == 4) {
         const Vec2<double> p(std::clamp(address.u, 0.0, 1.0),
                              std::clamp(address.v, 0.0, 1.0));
-        const int corner = p.y > 0.5 ? (p.x > 0.5 ? 2 : 3) : (p.x > 0.5 ? 1 : 0);
-        const auto q = turn(2.0 * (p - square_corner<double>(corner)), -corner);
-        return {first + corner, q.x, q.y};
+        const detail::Quadrant quadrant(p, {-1, -1});
+        const auto q = quadrant.point(p);
+        return {first + quadrant.corner(), q.x, q.y};
     }
     const int row = tiles_per_row(n);
     const int i = tile_of(address.u, row), j = tile_of(address.v, row);

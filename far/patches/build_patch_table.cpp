@@ -13,6 +13,7 @@
 
 #include <osdx/build_patch_table.h>
 #include <osdx/patch_table.h>
+#include <osdx/patch_table_view.h>
 
 #include "far/mesh/topology_edits.h"
 #include "far/parallel.h"
@@ -458,9 +459,9 @@ private:
     }
 
     static Index square_node(Index patch, Index quarter) {
-        assert(patch <= PatchTable::kPatchMask);
-        return PatchTable::kLeafBit | PatchTable::kSquareBit |
-               quarter << PatchTable::kQuarterShift | patch;
+        assert(patch <= PatchTableView::kPatchMask);
+        return PatchTableView::kLeafBit | PatchTableView::kSquareBit |
+               quarter << PatchTableView::kCornerShift | patch;
     }
 
     /// Open faces whose corners are settled. At a vertex that is not regular the edges of
@@ -524,7 +525,7 @@ private:
                 continue;
             }
             table_.nodes_[cover.node] =
-                PatchTable::kLeafBit | static_cast<Index>(table_.leaves_.size());
+                PatchTableView::kLeafBit | static_cast<Index>(table_.leaves_.size());
             table_.leaves_.push_back(cover.leaf);
             table_.leaves_.back().patch = patch;
         }

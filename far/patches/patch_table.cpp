@@ -6,50 +6,21 @@
 #include <osdx/patch_table.h>
 #include <osdx/patch_table_view.h>
 
+#include "far/mesh/quadrant.h"
 #include "far/parallel.h"
 
 namespace osdx::inline OSDX_ABI {
-namespace {
 
-/// The corner of the unit square in whose quarter a point lies, and the point in that
-/// quarter's frame: corner at (0,0), x along the side that leaves it, unit side. On a middle
-/// line `towards` decides; it is turned along.
-int descend(Vec2<double>& p, Vec2<double>& towards) noexcept {
-    const bool right = p.x > 0.5 || (p.x == 0.5 && towards.x > 0);
-    const bool upper = p.y > 0.5 || (p.y == 0.5 && towards.y > 0);
-    const int corner = upper ? (right ? 2 : 3) : (right ? 1 : 0);
-    // The differences are exact, so that the cells' edges fit together exactly.
-    p = turn(2.0 * (p - square_corner<double>(corner)), -corner);
-    towards = turn(towards, -corner);
-    return corner;
-}
-
-}  // namespace
-
-PatchLeaf PatchTable::leaf(Index node) const noexcept {
-    if (!(node & kSquareBit))
-        return leaves_[node & ~kLeafBit];
-    const Index patch = node & kPatchMask;
-    if (patches_[patch].level() > 0)
-        return {patch, 0, 0, 0, 2, 0};
-    // Even degrees: a quarter of the patch of its vertex, else a quarter of its face.
-    const int k = static_cast<int>(node >> kQuarterShift & 3);
-    const auto p = degree_ % 2 == 0 ? Vec2<int>(1, 1) : 2 * square_corner<int>(k);
-    return {patch,
-            0,
-            static_cast<std::int8_t>(p.x),
-            static_cast<std::int8_t>(p.y),
-            1,
-            static_cast<std::uint8_t>(k)};
-}
+using View = PatchTableView;
 
 Index PatchTable::whole_patch(Index face) const noexcept {
     if (base_.face_size(face) != 4 || degree_ % 2 == 0)
         return kInvalidIndex;
     const Index* root = nodes_.data() + base_.face_offsets[face];
-    const Index patch = root[0] & kPatchMask;
+    const Index patch = root[0] & View::kPatchMask;
     for (Index k = 0; k < 4; ++k) {
-        if (root[k] != (kLeafBit | kSquareBit | k << kQuarterShift | patch))
+        if (root[k] !=
+            (View::kLeafBit | View::kSquareBit | k << View::kCornerShift | patch))
             return kInvalidIndex;
     }
     return patches_[patch].level() == 0 ? patch : kInvalidIndex;
@@ -62,13 +33,15 @@ PatchPoint PatchTable::locate(const QuarterPoint& point,
     Index node = nodes_[point.quarter];
     int turns = quarter_turns(base_, point.quarter);
     double scale = 2;
-    while (!(node & kLeafBit)) {
-        const int corner = descend(p, towards);
-        node = nodes_[node + corner];
-        turns -= corner;
+    while (!(node & View::kLeafBit)) {
+        const detail::Quadrant q(p, towards);
+        p = q.point(p);
+        towards = q.direction(towards);
+        node = nodes_[node + q.corner()];
+        turns -= q.corner();
         scale *= 2;
     }
-    const PatchLeaf at = leaf(node);
+    const PatchLeaf at = view().leaf(node);
     const int extent = class_of(at.patch).extent();
     p = Vec2<double>(at.x, at.y) + double(at.size) * turn(p, at.turns);
     return {at.patch,
@@ -111,8 +84,8 @@ void PatchTable::add_cells(Index quarter, std::vector<Cell>& cells) const {
         return;
     const auto add = [&](auto&& self, Index node, Vec2<double> origin,
                          Vec2<double> x_axis) -> void {
-        if (node & kLeafBit) {
-            const PatchLeaf at = leaf(node);
+        if (node & View::kLeafBit) {
+            const PatchLeaf at = view().leaf(node);
             cells.push_back({quarter,
                              at.patch,
                              origin,

@@ -37,6 +37,19 @@ struct PatchPoint {
     double scale = 1;
 };
 
+/// Some points of one leaf: a PatchPoint each, of the same patch, sector, turns and scale.
+struct PatchPlaces {
+    Index patch = kInvalidIndex;
+    Index sector = 0;
+    int quarter_turns = 0;
+    double scale = 1;
+    std::span<const double> a, b;
+
+    PatchPoint operator[](std::size_t i) const noexcept {
+        return {patch, sector, a[i], b[i], quarter_turns, scale};
+    }
+};
+
 /// A square of a quarter that lies in one patch: a leaf of the quarter's quadtree.
 struct Cell {
     Index quarter;
@@ -164,12 +177,6 @@ public:
 
 private:
     friend class PatchTableBuilder;
-
-    // See PatchTableView::nodes.
-    static constexpr Index kLeafBit = Index(1) << 31, kSquareBit = Index(1) << 30;
-    static constexpr Index kQuarterShift = 28;
-    static constexpr Index kPatchMask = (Index(1) << kQuarterShift) - 1;
-    PatchLeaf leaf(Index node) const noexcept;
 
     int degree_ = 3;
     int n_levels_ = 0;

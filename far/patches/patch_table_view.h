@@ -49,6 +49,28 @@ struct PatchTableView {
     std::span<const Index> row_points;
     std::span<const double> row_weights;
     std::span<const Index> row_groups;
+
+    static constexpr Index kLeafBit = Index(1) << 31, kSquareBit = Index(1) << 30;
+    static constexpr int kCornerShift = 28;  ///< where k is, of square patches
+    static constexpr Index kPatchMask = (Index(1) << kCornerShift) - 1;
+
+    /// \pre node & kLeafBit, not kInvalidIndex
+    PatchLeaf leaf(Index node) const noexcept {
+        if (!(node & kSquareBit))
+            return leaves[node & ~kLeafBit];
+        const Index patch = node & kPatchMask;
+        if (patches[patch].level() > 0)
+            return {patch, 0, 0, 0, 2, 0};
+        // Even degrees: a quarter of the patch of its vertex, else a quarter of its face.
+        const int k = static_cast<int>(node >> kCornerShift & 3);
+        const auto p = degree % 2 == 0 ? Vec2<int>(1, 1) : 2 * square_corner<int>(k);
+        return {patch,
+                0,
+                static_cast<std::int8_t>(p.x),
+                static_cast<std::int8_t>(p.y),
+                1,
+                static_cast<std::uint8_t>(k)};
+    }
 };
 
 }  // namespace osdx::inline OSDX_ABI

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <type_traits>
 
 #include <osdx/stencil_table.h>
 
@@ -104,6 +105,65 @@ Index DistinctRows::find_or_add(const StencilTable& table, Index row) {
 }
 
 }  // namespace detail
+
+namespace {
+
+/// Channels that are summed at a time.
+constexpr int kMostChannels = 8;
+
+/// Rows of N channels, or with a stride N of more.
+template <int N, class T>
+void extend_by(const StencilTable& t, Index first, int stride, T* values, Index begin,
+               Index end) noexcept {
+    for (Index r = begin; r < end; ++r) {
+        T sum[N] = {};
+        for (std::size_t k = t.offsets[r]; k < t.offsets[r + 1]; ++k) {
+            const T* in = values + std::size_t(t.indices[k]) * stride;
+            const T w = T(t.weights[k]);
+            for (int c = 0; c < N; ++c)
+                sum[c] += w * in[c];
+        }
+        std::copy_n(sum, N, values + std::size_t(first + r) * stride);
+    }
+}
+
+/// Calls f with std::integral_constant<int, n>. \pre 1 <= n <= N
+template <int N, class F>
+void with_channels(int n, F&& f) {
+    if constexpr (N > 1) {
+        if (n < N)
+            return with_channels<N - 1>(n, f);
+    }
+    f(std::integral_constant<int, N>());
+}
+
+}  // namespace
+
+template <class T>
+void StencilTable::extend(Index first, int n_channels, std::span<T> values, Index begin,
+                          Index end) const noexcept {
+    assert(values.size() == std::size_t(first + n_rows()) * n_channels);
+    if (n_channels == 0)
+        return;
+    if (n_channels <= kMostChannels) {
+        with_channels<kMostChannels>(n_channels, [&](auto n) {
+            extend_by<n>(*this, first, n, values.data(), begin, end);
+        });
+        return;
+    }
+    // Row by row, so that a row's weights are read once.
+    for (Index r = begin; r < end; ++r) {
+        for (int c = 0; c < n_channels; c += kMostChannels)
+            with_channels<kMostChannels>(
+                std::min(kMostChannels, n_channels - c), [&](auto n) {
+                    extend_by<n>(*this, first, n_channels, values.data() + c, r, r + 1);
+                });
+    }
+}
+template void StencilTable::extend(Index, int, std::span<float>, Index,
+                                   Index) const noexcept;
+template void StencilTable::extend(Index, int, std::span<double>, Index,
+                                   Index) const noexcept;
 
 StencilTable compose(const StencilTable& second, const StencilTable& first,
                      Index n_inputs) {

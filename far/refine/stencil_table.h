@@ -3,7 +3,6 @@
 
 #pragma once
 
-#include <algorithm>
 #include <cassert>
 #include <span>
 
@@ -45,53 +44,23 @@ struct StencilTable {
     }
 
     /// The rows extend an array: row r reads what stands before values[first + r] and writes
-    /// there. For values of any number of channels, stored one after the other.
+    /// there. For values of any number of channels, stored one after the other; those of a channel
+    /// do not depend on the others. T: float or double.
     /// \param begin, end  of the rows to be formed; those before are there already
     /// \pre values.size() == (first + n_rows()) n_channels
     template <class T>
-    void extend(Index first, int n_channels, std::span<T> values, Index begin,
-                Index end) const noexcept {
-        assert(values.size() == std::size_t(first + n_rows()) * n_channels);
-        if (n_channels == 3)
-            extend_fixed<3>(first, values.data(), begin, end);
-        else if (n_channels == 2)
-            extend_fixed<2>(first, values.data(), begin, end);
-        else
-            extend_any(first, n_channels, values.data(), begin, end);
-    }
+    OSDX_API void extend(Index first, int n_channels, std::span<T> values, Index begin,
+                         Index end) const noexcept;
     template <class T>
     void extend(Index first, int n_channels, std::span<T> values) const noexcept {
         extend(first, n_channels, values, 0, n_rows());
     }
-
-private:
-    template <int N, class T>
-    void extend_fixed(Index first, T* values, Index begin, Index end) const noexcept {
-        for (Index r = begin; r < end; ++r) {
-            T sum[N] = {};
-            for (std::size_t k = offsets[r]; k < offsets[r + 1]; ++k) {
-                const T* in = values + std::size_t(indices[k]) * N;
-                const T w = T(weights[k]);
-                for (int c = 0; c < N; ++c)
-                    sum[c] += w * in[c];
-            }
-            std::copy_n(sum, N, values + std::size_t(first + r) * N);
-        }
-    }
-    template <class T>
-    void extend_any(Index first, int n_channels, T* values, Index begin,
-                    Index end) const noexcept {
-        for (Index r = begin; r < end; ++r) {
-            T* out = values + std::size_t(first + r) * n_channels;
-            std::fill_n(out, n_channels, T(0));
-            for (std::size_t k = offsets[r]; k < offsets[r + 1]; ++k) {
-                const T* in = values + std::size_t(indices[k]) * n_channels;
-                for (int c = 0; c < n_channels; ++c)
-                    out[c] += T(weights[k]) * in[c];
-            }
-        }
-    }
 };
+
+extern template OSDX_API void StencilTable::extend(Index, int, std::span<float>, Index,
+                                                   Index) const noexcept;
+extern template OSDX_API void StencilTable::extend(Index, int, std::span<double>, Index,
+                                                   Index) const noexcept;
 
 /// first, then second: row r of the result is row r of `second` over the inputs of `first`.
 /// \param n_inputs  of `first`

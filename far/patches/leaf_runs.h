@@ -1,0 +1,205 @@
+// Copyright 2026 The osdx authors.
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <osdx/address.h>
+#include <osdx/patch_table.h>
+#include <osdx/patch_table_view.h>
+#include <osdx/topology.h>
+#include <osdx/types.h>
+
+#include "far/mesh/quadrant.h"
+
+namespace osdx::inline OSDX_ABI::detail {
+
+/// Whether to_quarter() moves a point, by more than rounding does.
+/// \param q  to_quarter(base, at)
+inline bool was_clamped(const Topology& base, const Address& at, const QuarterPoint& q) {
+    constexpr double kRounding = 1e-12;
+    if (base.face_size(at.face) == 4)
+        return std::min(at.u, at.v) < -kRounding || std::max(at.u, at.v) > 1 + kRounding;
+    const Address back = to_address(base, q);
+    return !(std::abs(back.u - at.u) <= kRounding &&
+             std::abs(back.v - at.v) <= kRounding);
+}
+
+/// PatchTable::locate() for many points of a face: sends them down its quadtrees together, so that
+/// those of a leaf come out at once.
+class LeafRuns {
+public:
+    static constexpr std::size_t kMost = 1024;  ///< points at a time
+
+    /// \pre the table outlives this
+    explicit LeafRuns(const PatchTable& table)
+        : table_(table),
+          view_(table.view()),
+          from_(kMost),
+          to_(kMost),
+          a_(kMost),
+          b_(kMost),
+          numbers_(kMost) {}
+
+    /// Starts with a face. \pre it has a surface
+    void start(Index face) {
+        face_ = face;
+        first_ = table_.base().face_offsets[face];
+        size_ = table_.base().face_size(face);
+        n_ = 0;
+    }
+    /// Adds a point of the face, of a number that comes back.
+    /// \return whether it was clamped
+    /// \pre less than kMost are there; no NaN
+    bool add(const Address& at, Index number) {
+        assert(n_ < kMost);
+        Point& p = from_[n_++];
+        p.number = number;
+        if (size_ == 4) {
+            p.at = {std::clamp(at.u, 0.0, 1.0), std::clamp(at.v, 0.0, 1.0)};
+            return p.at != Vec2<double>(at.u, at.v) && was_clamped(table_.base(), at, {});
+        }
+        const QuarterPoint q = to_quarter(table_.base(), at);
+        p.at = {q.x, q.y};
+        p.corner = q.quarter - first_;
+        return was_clamped(table_.base(), at, q);
+    }
+
+    struct Run {
+        PatchPlaces places;
+        std::span<const Index> numbers;
+    };
+
+    /// Those of each leaf that has points, as locate() with its default direction finds them.
+    /// Valid until the next start().
+    std::span<const Run> runs() {
+        runs_.clear();
+        n_placed_ = 0;
+        if (const Index patch = table_.whole_patch(face_); patch != kInvalidIndex) {
+            for (const Point& p : std::span(from_).first(n_))
+                place(p.at, p.number);
+            add_run({patch, 0, 0, 1, {}, {}}, n_);
+            return runs_;
+        }
+        const bool quad = size_ == 4;
+        if (quad) {
+            for (Point& p : std::span(from_).first(n_))
+                p.step({-1, -1});
+        }
+        ends_.assign(size_, 0);
+        sort(from_.data(), to_.data(), n_, ends_);
+        for (Index c = 0, begin = 0; c < size_; begin = ends_[c++]) {
+            if (ends_[c] > begin)
+                descend(view_.nodes[first_ + c], {{-1, -1}, quad ? -int(c) : 0, 2},
+                        to_.data() + begin, from_.data() + begin, ends_[c] - begin);
+        }
+        return runs_;
+    }
+
+private:
+    struct Point {
+        Vec2<double> at;
+        Index number, corner;
+
+        void step(Vec2<double> towards) {
+            const Quadrant q(at, towards);
+            corner = static_cast<Index>(q.corner());
+            at = q.point(at);
+        }
+    };
+    /// A square of a quarter: its frame.
+    struct Square {
+        Vec2<double> towards;
+        int turns;
+        double scale;
+    };
+
+    /// By corners. \param ends  zeros; becomes where the points of each end
+    static void sort(const Point* from, Point* to, std::size_t n, std::span<Index> ends) {
+        for (std::size_t i = 0; i < n; ++i)
+            ++ends[from[i].corner];
+        Index sum = 0;
+        for (Index& e : ends)
+            sum += std::exchange(e, sum);
+        for (std::size_t i = 0; i < n; ++i)
+            to[ends[from[i].corner]++] = from[i];
+    }
+
+    /// \param points, other  n apiece; what is in them is lost
+    void descend(Index node, Square s, Point* points, Point* other, std::size_t n) {
+        while (!(node & PatchTableView::kLeafBit)) {
+            for (std::size_t i = 0; i < n; ++i)
+                points[i].step(s.towards);
+            const auto child = [&](Index corner) -> Square {
+                return {Quadrant(int(corner)).direction(s.towards), s.turns - int(corner),
+                        2 * s.scale};
+            };
+            if (n == 1) {
+                const Index corner = points->corner;
+                s = child(corner);
+                node = view_.nodes[node + corner];
+                continue;
+            }
+            std::array<Index, 4> ends{};
+            sort(points, other, n, ends);
+            for (Index c = 0, begin = 0; c < 4; begin = ends[c++]) {
+                if (ends[c] > begin)
+                    descend(view_.nodes[node + c], child(c), other + begin,
+                            points + begin, ends[c] - begin);
+            }
+            return;
+        }
+        const PatchLeaf leaf = view_.leaf(node);
+        const int extent = table_.class_of(leaf.patch).extent();
+        const double size = leaf.size;
+        const auto x_axis = turn(Vec2<double>(1, 0), leaf.turns),
+                   y_axis = turn(Vec2<double>(0, 1), leaf.turns);
+        for (const Point& point : std::span(points, n)) {
+            const Vec2<double> p = point.at.x * x_axis + point.at.y * y_axis;
+            place(Vec2<double>((leaf.x + size * p.x) / extent,
+                               (leaf.y + size * p.y) / extent),
+                  point.number);
+        }
+        add_run({leaf.patch,
+                 leaf.sector,
+                 (s.turns + leaf.turns) & 3,
+                 s.scale * size / extent,
+                 {},
+                 {}},
+                n);
+    }
+
+    void place(Vec2<double> at, Index number) {
+        a_[n_placed_] = at.x;
+        b_[n_placed_] = at.y;
+        numbers_[n_placed_++] = number;
+    }
+    /// Of the last n that were placed.
+    void add_run(PatchPlaces places, std::size_t n) {
+        const std::size_t first = n_placed_ - n;
+        places.a = std::span(a_).subspan(first, n);
+        places.b = std::span(b_).subspan(first, n);
+        runs_.push_back({places, std::span(numbers_).subspan(first, n)});
+    }
+
+    const PatchTable& table_;
+    PatchTableView view_;
+    Index face_ = 0, first_ = 0, size_ = 0;
+    std::size_t n_ = 0;
+    std::vector<Point> from_, to_;
+    std::vector<Index> ends_;
+    // One leaf after the other.
+    std::size_t n_placed_ = 0;
+    std::vector<double> a_, b_;
+    std::vector<Index> numbers_;
+    std::vector<Run> runs_;
+};
+
+}  // namespace osdx::inline OSDX_ABI::detail
