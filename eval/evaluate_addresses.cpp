@@ -2,10 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <cassert>
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -15,38 +13,14 @@
 #include <osdx/patch_table.h>
 #include <osdx/topology.h>
 
+#include "eval/address_counts.h"
 #include "far/parallel.h"
 #include "far/refine/stencil_rows.h"
 
 namespace osdx::inline OSDX_ABI {
 namespace {
 
-/// Counts what several threads see.
-struct Counts {
-    std::atomic<std::size_t> n_clamped = 0, n_without = 0, first_without = SIZE_MAX;
-
-    void add(std::size_t clamped, std::size_t without, std::size_t first) {
-        n_clamped.fetch_add(clamped, std::memory_order_relaxed);
-        n_without.fetch_add(without, std::memory_order_relaxed);
-        std::size_t known = first_without.load(std::memory_order_relaxed);
-        while (first < known && !first_without.compare_exchange_weak(
-                                    known, first, std::memory_order_relaxed)) {
-        }
-    }
-    AddressReport report() const {
-        return {n_clamped.load(), n_without.load(), first_without.load()};
-    }
-};
-
-/// Whether to_quarter() moved the point, by more than rounding does.
-bool was_clamped(const PatchTable& table, const Address& at, const QuarterPoint& q) {
-    constexpr double kRounding = 1e-12;
-    if (table.base().face_size(at.face) == 4)
-        return std::min(at.u, at.v) < -kRounding || std::max(at.u, at.v) > 1 + kRounding;
-    const Address back = to_address(table.base(), q);
-    return !(std::abs(back.u - at.u) <= kRounding &&
-             std::abs(back.v - at.v) <= kRounding);
-}
+using detail::AddressCounts, detail::was_clamped;
 
 /// The addresses of a chunk in the order of their faces, roughly where there are many.
 class FaceOrder {
@@ -96,7 +70,7 @@ class Groups {
 public:
     /// \param which  of the addresses
     void collect(const PatchTable& table, std::span<const Address> where,
-                 std::span<const std::size_t> which, Counts& counts) {
+                 std::span<const std::size_t> which, AddressCounts& counts) {
         places_.clear();
         groups_.clear();
         without_.clear();
@@ -113,7 +87,7 @@ public:
                 continue;
             }
             const QuarterPoint q = to_quarter(table.base(), at);
-            n_clamped += was_clamped(table, at, q);
+            n_clamped += was_clamped(table.base(), at, q);
             const PatchPoint point = table.locate(q);
             const Index g = group(point.patch);
             ++groups_[g].n;
@@ -195,7 +169,7 @@ AddressReport evaluate_addresses(const Evaluator& evaluator, std::span<const T> 
     };
     detail::PerThread<Thread> threads(
         [&] { return Thread{FaceOrder(table.base().n_faces())}; });
-    Counts counts;
+    AddressCounts counts;
     detail::for_each_chunk(
         where.size(), kChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
             Thread& thread = threads.local();
@@ -308,7 +282,7 @@ WeightRows weights_at(const Evaluator& evaluator, std::span<const Address> where
         std::vector<double> weights;
     };
     detail::PerThread<Thread> threads;
-    Counts counts;
+    AddressCounts counts;
     const auto n_addresses = static_cast<Index>(where.size());
     StencilTable rows = detail::make_row_chunks(
         n_addresses, [&](Index begin, Index end, StencilTable& out) {
@@ -325,7 +299,7 @@ WeightRows weights_at(const Evaluator& evaluator, std::span<const Address> where
                     continue;
                 }
                 const QuarterPoint q = to_quarter(table.base(), at);
-                n_clamped += was_clamped(table, at, q);
+                n_clamped += was_clamped(table.base(), at, q);
                 const PatchPoint point = table.locate(q);
                 const auto points = table.patch(point.patch).points;
                 thread.weights.resize(n_rows * points.size());
