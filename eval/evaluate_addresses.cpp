@@ -2,10 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <cassert>
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -15,6 +13,7 @@
 #include <osdx/patch_table.h>
 #include <osdx/topology.h>
 
+#include "far/mesh/address_counts.h"
 #include "far/parallel.h"
 #include "far/patches/leaf_runs.h"
 #include "far/refine/stencil_rows.h"
@@ -22,22 +21,7 @@
 namespace osdx::inline OSDX_ABI {
 namespace {
 
-/// Counts what several threads see.
-struct Counts {
-    std::atomic<std::size_t> n_clamped = 0, n_without = 0, first_without = SIZE_MAX;
-
-    void add(std::size_t clamped, std::size_t without, std::size_t first) {
-        n_clamped.fetch_add(clamped, std::memory_order_relaxed);
-        n_without.fetch_add(without, std::memory_order_relaxed);
-        std::size_t known = first_without.load(std::memory_order_relaxed);
-        while (first < known && !first_without.compare_exchange_weak(
-                                    known, first, std::memory_order_relaxed)) {
-        }
-    }
-    AddressReport report() const {
-        return {n_clamped.load(), n_without.load(), first_without.load()};
-    }
-};
+using detail::AddressCounts, detail::was_clamped;
 
 struct NumberedAddress {
     Address at;
@@ -62,7 +46,6 @@ public:
             sorted_[ends_[key(i)]++] = address(i);
     }
 
-    std::size_t n_keys() const { return ends_.size(); }
     std::span<const NumberedAddress> of_key(std::size_t k) const {
         const Index begin = k > 0 ? ends_[k - 1] : 0;
         return std::span(sorted_).subspan(begin, ends_[k] - begin);
@@ -154,7 +137,7 @@ AddressReport evaluate_addresses(const Evaluator& evaluator, std::span<const T> 
     detail::PerThread<Thread> threads([&] {
         return Thread{FaceOrder(table.base().n_faces()), detail::LeafRuns(table)};
     });
-    Counts counts;
+    AddressCounts counts;
     detail::for_each_chunk(
         where.size(), chunk, [&](std::size_t, std::size_t begin, std::size_t end) {
             Thread& thread = threads.local();
@@ -295,7 +278,7 @@ WeightRows weights_at(const Evaluator& evaluator, std::span<const Address> where
         std::vector<double> weights;
     };
     detail::PerThread<Thread> threads;
-    Counts counts;
+    AddressCounts counts;
     const auto n_addresses = static_cast<Index>(where.size());
     StencilTable rows = detail::make_row_chunks(
         n_addresses, [&](Index begin, Index end, StencilTable& out) {
@@ -312,7 +295,7 @@ WeightRows weights_at(const Evaluator& evaluator, std::span<const Address> where
                     continue;
                 }
                 const QuarterPoint q = to_quarter(table.base(), at);
-                n_clamped += detail::was_clamped(table.base(), at, q);
+                n_clamped += was_clamped(table.base(), at, q);
                 const PatchPoint point = table.locate(q);
                 const auto points = table.patch(point.patch).points;
                 thread.weights.resize(n_rows * points.size());

@@ -3,12 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include <osdx/buffer.h>
 #include <osdx/build_topology.h>
 #include <osdx/stencil_table.h>
 #include <osdx/subdivide.h>
@@ -46,65 +49,36 @@ Status check_size(const Topology& base, int levels) {
                             n_corners, kInvalidIndex - 1));
 }
 
-/// Texture coordinates on the last level, and which of them its corners have.
-struct Texture {
-    FaceVaryingRule rule = FaceVaryingRule::All;
-    std::vector<Vec2<double>> uvs;
-    std::vector<Index> face_uvs;
+/// Number k of each vertex of one of several channels.
+struct Source {
+    std::size_t channels;
+    int k;
 };
 
-/// Linear in each face.
-void split_texture(Topology topology, int levels, const UniformRefinement& refinement,
-                   Texture& texture) {
-    for (int i = 0; i < levels; ++i) {
-        const StencilTable rows = split_stencils(topology);
-        std::vector<Vec2<double>> next(rows.n_rows());
-        rows.apply(std::span<const Vec2<double>>(texture.uvs), std::span(next));
-        texture.uvs = std::move(next);
-        topology = split(topology);
+/// As many as V has, or fewer.
+template <class V>
+void refine_some(std::span<const Source> some, std::span<const NamedChannels> channels,
+                 const UniformRefinement& refinement, std::vector<NamedChannels>& fine) {
+    std::vector<V> in(refinement.n_base_points());
+    Buffer<V> out(refinement.n_vertices());
+    for (int i = 0; i < static_cast<int>(some.size()); ++i) {
+        const auto [c, k] = some[static_cast<std::size_t>(i)];
+        for (std::size_t v = 0; v < in.size(); ++v)
+            in[v][i] = channels[c].view()[v][k];
     }
-    for (Index h = 0; h < topology.n_halfedges(); ++h)
-        texture.face_uvs[refinement.corner_of_split(h)] = topology.vertex[h];
-}
-
-/// \pre the degree is odd
-Result<Texture> refine_texture(const MeshData& mesh, const Topology& base,
-                               const Features& features,
-                               const SubdivideOptions& options) {
-    const Result<FaceVaryingRule> rule =
-        face_varying_rule(mesh, options.uv_rule, options.features.ignore_tags);
-    if (!rule)
-        return rule.error();
-    Result<FaceVarying> channel =
-        build_face_varying(base, features, mesh.face_uvs, *rule);
-    if (!channel)
-        return channel.error();
-    Texture texture{channel->rule, {}, {}};
-    for (const Index value : channel->values)
-        texture.uvs.push_back(mesh.uvs[value]);
-    const UniformRefinement refinement(channel->topology, options.degree, options.levels,
-                                       channel->features);
-    texture.face_uvs.resize(refinement.n_halfedges());
-    if (channel->rule == FaceVaryingRule::All) {
-        split_texture(std::move(channel->topology), options.levels, refinement, texture);
-        return texture;
+    refinement.points(std::span<const V>(in), std::span<V>(out));
+    for (int i = 0; i < static_cast<int>(some.size()); ++i) {
+        const auto [c, k] = some[static_cast<std::size_t>(i)];
+        const auto to = osdx::channels(fine[c].values.data(), fine[c].n);
+        for (std::size_t v = 0; v < out.size(); ++v)
+            to[v][k] = out[v][i];
     }
-    std::vector<Vec2<double>> uvs(refinement.n_vertices());
-    refinement.points(std::span<const Vec2<double>>(texture.uvs), std::span(uvs));
-    texture.uvs = std::move(uvs);
-    std::vector<Index> sizes(refinement.n_faces());
-    refinement.faces(sizes, texture.face_uvs);
-    return texture;
 }
 
 /// All channels by the rules of positions, three numbers of a vertex at a time.
-void refine_channels(const std::vector<NamedChannels>& channels,
-                     const UniformRefinement& refinement,
-                     std::vector<NamedChannels>& fine) {
-    struct Source {
-        std::size_t channels;
-        int k;
-    };
+std::vector<NamedChannels> refine_channels(std::span<const NamedChannels> channels,
+                                           const UniformRefinement& refinement) {
+    std::vector<NamedChannels> fine;
     std::vector<Source> all;
     for (std::size_t i = 0; i < channels.size(); ++i) {
         const NamedChannels& c = channels[i];
@@ -114,25 +88,90 @@ void refine_channels(const std::vector<NamedChannels>& channels,
         for (int k = 0; k < c.n; ++k)
             all.push_back({i, k});
     }
-    if (all.empty())
-        return;
-    std::vector<Vec3<double>> in(refinement.n_base_points()),
-        out(refinement.n_vertices());
     for (std::size_t first = 0; first < all.size(); first += 3) {
-        const int n = static_cast<int>(std::min<std::size_t>(3, all.size() - first));
-        for (int i = 0; i < n; ++i) {
-            const auto [c, k] = all[first + static_cast<std::size_t>(i)];
-            for (std::size_t v = 0; v < in.size(); ++v)
-                in[v][i] = channels[c].view()[v][k];
-        }
-        refinement.points(std::span<const Vec3<double>>(in), std::span(out));
-        for (int i = 0; i < n; ++i) {
-            const auto [c, k] = all[first + static_cast<std::size_t>(i)];
-            const auto to = osdx::channels(fine[c].values.data(), fine[c].n);
-            for (std::size_t v = 0; v < out.size(); ++v)
-                to[v][k] = out[v][i];
-        }
+        const auto some = std::span<const Source>(all).subspan(
+            first, std::min<std::size_t>(3, all.size() - first));
+        if (some.size() == 3)
+            refine_some<Vec3<double>>(some, channels, refinement, fine);
+        else
+            refine_some<Vec2<double>>(some, channels, refinement, fine);
     }
+    return fine;
+}
+
+/// Linear in each face.
+/// \param fine  has the values of the vertices of the topology
+void split_values(Topology topology, int levels, const UniformRefinement& refinement,
+                  FaceVaryingChannels& fine) {
+    for (int i = 0; i < levels; ++i) {
+        const StencilTable rows = split_stencils(topology);
+        const std::size_t n_before = fine.values.size();
+        const Index first = topology.n_vertices();
+        fine.values.resize(n_before +
+                           std::size_t(rows.n_rows()) * static_cast<std::size_t>(fine.n));
+        rows.extend<double>(first, fine.n, fine.values);
+        fine.values.erase(fine.values.begin(),
+                          fine.values.begin() + static_cast<std::ptrdiff_t>(n_before));
+        topology = split(topology);
+    }
+    for (Index h = 0; h < topology.n_halfedges(); ++h)
+        fine.corner_values[refinement.corner_of_split(h)] = topology.vertex[h];
+}
+
+/// By the rule of the channels.
+/// \pre the degree is odd
+Result<FaceVaryingChannels> refine_face_varying(const FaceVaryingChannels& coarse,
+                                                const Topology& base,
+                                                const Features& features,
+                                                const SubdivideOptions& options) {
+    Result<FaceVarying> channel =
+        build_face_varying(base, features, coarse.corner_values, coarse.rule);
+    if (!channel)
+        return channel.error();
+    FaceVaryingChannels fine;
+    fine.name = coarse.name;
+    fine.n = coarse.n;
+    fine.rule = coarse.rule;
+    for (const Index value : channel->values) {
+        const double* of = coarse.view()[value];
+        fine.values.insert(fine.values.end(), of, of + coarse.n);
+    }
+    const UniformRefinement refinement(channel->topology, options.degree, options.levels,
+                                       channel->features);
+    fine.corner_values.resize(refinement.n_halfedges());
+    if (fine.rule == FaceVaryingRule::All) {
+        split_values(std::move(channel->topology), options.levels, refinement, fine);
+        return fine;
+    }
+    const NamedChannels* of_vertices = &fine;
+    fine.values = std::move(refine_channels({of_vertices, 1}, refinement).front().values);
+    std::vector<Index> sizes(refinement.n_faces());
+    refinement.faces(sizes, fine.corner_values);
+    return fine;
+}
+
+/// The texture coordinates by the rule that is asked for.
+Result<FaceVaryingChannels> texture_channels(const MeshData& mesh,
+                                             const SubdivideOptions& options) {
+    const Result<FaceVaryingRule> rule =
+        face_varying_rule(mesh, options.uv_rule, options.features.ignore_tags);
+    if (!rule)
+        return rule.error();
+    FaceVaryingChannels texture;
+    texture.n = 2;
+    texture.rule = *rule;
+    texture.corner_values = mesh.face_uvs;
+    for (const Vec2<double>& uv : mesh.uvs)
+        texture.values.insert(texture.values.end(), {uv.x, uv.y});
+    return texture;
+}
+
+void set_texture(const FaceVaryingChannels& texture, MeshData& data) {
+    for (Index i = 0; i < texture.n_values(); ++i)
+        data.uvs.emplace_back(texture.view()[i][0], texture.view()[i][1]);
+    data.face_uvs = texture.corner_values;
+    data.tags.push_back(
+        {"facevaryinginterpolateboundary", {static_cast<int>(texture.rule)}, {}, {}, 0});
 }
 
 /// The names of the faces that they lie in.
@@ -173,7 +212,7 @@ SubdividedMesh refine(const MeshData& mesh, Topology base, const Features& featu
     data.face_vertices.resize(refinement.n_halfedges());
     refinement.faces(data.face_sizes, data.face_vertices);
     data.tags = refinement.tags();
-    refine_channels(mesh.channels, refinement, data.channels);
+    data.channels = refine_channels(mesh.channels, refinement);
     if (options.degree % 2 == 1)
         refine_all_names(mesh, refinement, data);
     result.n_border_edges = refinement.n_border_edges();
@@ -197,23 +236,30 @@ Result<SubdividedMesh> subdivide_now(const MeshData& mesh,
         return s.error();
 
     detail::at_stage("refining", 0.1, 1);
-    std::optional<Texture> texture;
-    if (!mesh.face_uvs.empty() && options.degree % 2 == 1) {
-        Result<Texture> refined = refine_texture(mesh, *base, *features, options);
-        if (!refined)
-            return refined.error();
-        texture = std::move(*refined);
+    const bool odd = options.degree % 2 == 1;
+    std::optional<FaceVaryingChannels> texture;
+    std::vector<FaceVaryingChannels> face_varying;
+    if (!mesh.face_uvs.empty() && odd) {
+        const Result<FaceVaryingChannels> coarse = texture_channels(mesh, options);
+        if (!coarse)
+            return coarse.error();
+        Result<FaceVaryingChannels> fine =
+            refine_face_varying(*coarse, *base, *features, options);
+        if (!fine)
+            return fine.error();
+        texture = std::move(*fine);
+    }
+    for (std::size_t i = 0; odd && i < mesh.face_varying.size(); ++i) {
+        Result<FaceVaryingChannels> fine =
+            refine_face_varying(mesh.face_varying[i], *base, *features, options);
+        if (!fine)
+            return fine.error();
+        face_varying.push_back(std::move(*fine));
     }
     SubdividedMesh result = refine(mesh, std::move(*base), *features, options);
-    if (texture) {
-        result.data.uvs = std::move(texture->uvs);
-        result.data.face_uvs = std::move(texture->face_uvs);
-        result.data.tags.push_back({"facevaryinginterpolateboundary",
-                                    {static_cast<int>(texture->rule)},
-                                    {},
-                                    {},
-                                    0});
-    }
+    result.data.face_varying = std::move(face_varying);
+    if (texture)
+        set_texture(*texture, result.data);
     return result;
 }
 

@@ -32,14 +32,15 @@ struct SubdividedMesh {
 /// The mesh has the tags that make its surface that of the base mesh: what is left of creases
 /// and corners, the holes, and the rules of the mesh. Infinitely sharp edges of even degrees
 /// have become borders. Channels of vertices are refined as positions are. Odd degrees keep the
-/// texture coordinates, refined by their rule, with the tag for it, and the names of the faces;
-/// even ones, whose faces are no parts of those before, drop both.
+/// texture coordinates, refined by their rule, with the tag for it, other face-varying channels,
+/// each by its own, and the names of the faces; even ones, whose faces are no parts of those
+/// before, drop all three.
 ///
 /// Threads: goes wide; the result does not depend on their number.
 /// \param progress  null, or to watch and cancel it: then Cancelled is returned
 /// \return InvalidOption, also for levels of more corners of faces than there are numbers;
-///         what build_topology, build_features, check_refinement and, with texture
-///         coordinates, face_varying_rule and build_face_varying return
+///         what build_topology, build_features, check_refinement and, with face-varying
+///         data, face_varying_rule and build_face_varying return
 OSDX_API Result<SubdividedMesh> subdivide(const MeshData& mesh,
                                           const SubdivideOptions& options = {},
                                           Progress* progress = nullptr);

@@ -10,6 +10,7 @@
 #include <osdx/address.h>
 #include <osdx/buffer.h>
 #include <osdx/channels.h>
+#include <osdx/mesh_data.h>
 #include <osdx/types.h>
 
 namespace osdx::inline OSDX_ABI {
@@ -18,7 +19,8 @@ namespace osdx::inline OSDX_ABI {
 ///
 /// Shapes: positions, addresses and channels n_points; normals n_normals; texcoords n_texcoords;
 /// facet_sizes and facet_faces n_facets; facet_points, facet_normals, facet_uvs and
-/// facet_texcoords sum of facet_sizes. The two for texture coordinates may be empty.
+/// facet_texcoords sum of facet_sizes, and corner_values of face_varying too. The two for texture
+/// coordinates may be empty.
 ///
 /// A point that faces share is stored once, evaluated from its first face, so the facets on
 /// all sides have it equal to the bit. A normal is that of one side of the sharp edges at its
@@ -41,6 +43,8 @@ struct Tessellation {
     Buffer<Index> facet_texcoords;  ///< of each corner
 
     std::vector<NamedChannels> channels;  ///< of points: colours, ... (add_channels())
+    /// Of corners, shared as texcoords are (FaceVaryingSurface::add_to).
+    std::vector<FaceVaryingChannels> face_varying;
 };
 
 /// The facets cut into triangles, a quad along the diagonal from its first corner: places in

@@ -619,17 +619,17 @@ constexpr FaceVaryingRule kRules[] = {
 
 /// Texture coordinates on the faces of a surface; by each rule for low degrees.
 void texture_lines(const Report& report, const MeshData& mesh, const Surface& surface,
-                   const PatchTableOptions& patches, const FeatureOptions& features) {
+                   const FeatureOptions& features) {
     std::vector<std::optional<FaceVaryingRule>> rules = {std::nullopt};
     for (const FaceVaryingRule rule : kRules) {
-        if (patches.degree <= 3 || rule == FaceVaryingRule::CornersPlus1)
+        if (surface.patches().degree() <= 3 || rule == FaceVaryingRule::CornersPlus1)
             rules.emplace_back(rule);
     }
     Tessellation t = surface.tessellate(2);
     for (const auto& rule : rules) {
         const std::string thing =
             rule ? fmt::format("texture rule={}", static_cast<int>(*rule)) : "texture";
-        const auto texture = TextureSurface::build(mesh, patches, features, rule);
+        const auto texture = TextureSurface::build(surface, mesh, features, rule);
         if (!texture) {
             report.error(thing, texture.error());
             continue;
@@ -658,7 +658,7 @@ void surface_lines(const Report& report, const MeshData& mesh,
     if (surface->patches().n_patches() <= kMostPatches)
         report.line("continuity", measure_continuity(*surface, 2));
     if (!mesh.face_uvs.empty() && patches.family == PatchFamily::Multisided)
-        texture_lines(report, mesh, *surface, patches, features);
+        texture_lines(report, mesh, *surface, features);
     move_lines(report, *surface);
 }
 
@@ -675,7 +675,7 @@ void export_lines(const Report& report, const MeshData& mesh, const fs::path& fo
         }
     };
     write(report.of("write_tessellation"));
-    const auto texture = TextureSurface::build(mesh);
+    const auto texture = TextureSurface::build(*surface, mesh);
     if (!texture)
         return;
     texture->add_to(t, 3);

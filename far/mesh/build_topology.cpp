@@ -16,6 +16,7 @@
 #include <fmt/format.h>
 
 #include <osdx/build_topology.h>
+#include <osdx/face_varying.h>
 
 #include "far/parallel.h"
 
@@ -580,6 +581,10 @@ Result<Topology> build(const MeshView& mesh, const MeshData* data) {
     }
     if (const Status s = linker.link(); !s)
         return s.error();
+    if (data) {
+        if (const Status s = check_face_varying(*data, t); !s)
+            return s.error();
+    }
     return t;
 }
 

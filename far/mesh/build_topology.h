@@ -17,8 +17,8 @@ namespace osdx::inline OSDX_ABI {
 /// \return every ErrorCode from EmptyMesh to NonManifoldVertex, with the element and its line
 OSDX_API Result<Topology> build_topology(const MeshView& mesh);
 /// The same, and looks at positions, texture coordinates, channels and names of faces.
-/// \return besides, what check_uvs(), check_channels() and check_face_names() return, with the
-///         face or vertex
+/// \return besides, what check_uvs(), check_channels(), check_face_names() and
+///         check_face_varying() return, with the face, vertex or value
 OSDX_API Result<Topology> build_topology(const MeshData& data);
 
 /// The faces of a topology with given positions, as arrays. A face's first vertex is that of

@@ -10,6 +10,8 @@
 #include <osdx/face_varying.h>
 #include <osdx/resolved_features.h>
 
+#include "far/parallel.h"
+
 namespace osdx::inline OSDX_ABI {
 namespace {
 
@@ -315,6 +317,52 @@ Result<FaceVaryingRule> face_varying_rule(const MeshData& data,
     if (ignore_tags)
         return FaceVaryingRule::All;
     return face_varying_rule(data);
+}
+
+Status check_face_varying(const FaceVaryingView& channel, const Topology& topology,
+                          const MeshView& view) {
+    const std::span<const Index> values = channel.corner_values;
+    if (values.size() != topology.n_halfedges()) {
+        return fail(ErrorCode::SizeMismatch,
+                    fmt::format("the face-varying channel {} has values for {} face "
+                                "corners, but {} are there",
+                                channel.name, values.size(), topology.n_halfedges()));
+    }
+    const Index corner = detail::first_index(
+        values.size(), [&](Index c) { return values[c] >= channel.n_values; });
+    if (corner == kInvalidIndex)
+        return ok();
+    const Index face = topology.face(corner);
+    return fail(
+        ErrorCode::IndexOutOfRange,
+        fmt::format("face {} names value {} of the face-varying channel {}, which "
+                    "has {}",
+                    face, values[corner], channel.name, channel.n_values),
+        face, view.line_of_face(face));
+}
+
+Status check_face_varying(const MeshData& data, const Topology& topology) {
+    for (const FaceVaryingChannels& c : data.face_varying) {
+        if (c.n < 1 || c.values.size() % static_cast<std::size_t>(c.n) != 0) {
+            return fail(
+                ErrorCode::SizeMismatch,
+                fmt::format("the face-varying channel {} has {} numbers, which are "
+                            "not {} each",
+                            c.name, c.values.size(), c.n));
+        }
+        if (Status s = check_face_varying(c.corners(), topology, data.view()); !s)
+            return s;
+        const auto bad =
+            std::ranges::find_if_not(c.values, [](double x) { return std::isfinite(x); });
+        if (bad == c.values.end())
+            continue;
+        const auto i = static_cast<Index>((bad - c.values.begin()) / c.n);
+        return fail(
+            ErrorCode::NonFinitePoint,
+            fmt::format("value {} of the face-varying channel {} is {}", i, c.name, *bad),
+            i);
+    }
+    return ok();
 }
 
 Result<FaceVarying> build_face_varying(const Topology& mesh, const Features& features,

@@ -40,6 +40,15 @@ OSDX_API Result<FaceVaryingRule> face_varying_rule(const MeshData& data,
                                                    std::optional<FaceVaryingRule> given,
                                                    bool ignore_tags);
 
+/// \param view  of the topology, for the lines of its faces
+/// \return SizeMismatch; IndexOutOfRange with the face that names a value which is not there
+OSDX_API Status check_face_varying(const FaceVaryingView& channel,
+                                   const Topology& topology, const MeshView& view = {});
+/// MeshData::face_varying with its values.
+/// \return besides, SizeMismatch for values that are not n each, NonFinitePoint with the number
+///         of the value
+OSDX_API Status check_face_varying(const MeshData& data, const Topology& topology);
+
 /// Corners at a vertex are one vertex of the result when they are joined by edges over which
 /// both ends agree in their values; all other edges are seams. O(mesh).
 /// \param features  of the mesh, resolved or not

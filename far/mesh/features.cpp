@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <osdx/face_varying.h>
 #include <osdx/features.h>
 #include <osdx/resolved_features.h>
 #include <osdx/topology.h>
@@ -274,6 +275,10 @@ private:
 }  // namespace
 
 Result<Features> build_features(const MeshView& view, const Topology& topology) {
+    for (const FaceVaryingView& channel : view.face_varying) {
+        if (const Status s = check_face_varying(channel, topology, view); !s)
+            return s.error();
+    }
     return ViewReader(view, topology).read();
 }
 

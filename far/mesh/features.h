@@ -65,8 +65,8 @@ struct FeatureOptions {
 OSDX_API Result<Features> build_features(const MeshData& data, const Topology& topology,
                                          const FeatureOptions& options = {});
 
-/// The features of a view.
-/// \return SizeMismatch; InvalidFeature where it names what is not there or a sharpness that
+/// The features of a view; looks at its face-varying channels.
+/// \return what check_face_varying() returns; SizeMismatch; InvalidFeature where it names what is not there or a sharpness that
 ///         is not a number, with the place in its list
 OSDX_API Result<Features> build_features(const MeshView& view, const Topology& topology);
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <osdx/channels.h>
@@ -58,6 +59,30 @@ struct Tag {
     Index line = 0;                 ///< of the file; 0 when the tag came from memory
 };
 
+/// Which values face corners have, in an array of others. Where corners at a vertex name
+/// different values a seam lies between them.
+struct FaceVaryingView {
+    std::string_view name{};  ///< for messages
+    std::span<const Index>
+        corner_values{};  ///< of each corner in MeshView::face_vertices
+    Index n_values = 0;
+    FaceVaryingRule rule = FaceVaryingRule::All;
+};
+
+/// Channels of values that face corners name: colours, texture coordinates, ...
+struct FaceVaryingChannels : NamedChannels {
+    std::vector<Index> corner_values;  ///< of each corner
+    FaceVaryingRule rule = FaceVaryingRule::All;
+
+    Index n_values() const noexcept {
+        return n > 0 ? static_cast<Index>(values.size() / static_cast<std::size_t>(n))
+                     : 0;
+    }
+    FaceVaryingView corners() const noexcept {
+        return {name, corner_values, n_values(), rule};
+    }
+};
+
 /// A polygon mesh without positions, in arrays of others, and where it is not smooth. Nothing
 /// is copied, nothing checked; build_topology() and build_features() are the doors.
 ///
@@ -72,6 +97,8 @@ struct MeshView {
     std::span<const Index> corners;           ///< vertices
     std::span<const float> corner_sharpness;  ///< of each
     std::span<const Index> holes;             ///< faces without surface
+    /// What corners have beside vertices: FaceVaryingSurface::build() takes each of them.
+    std::span<const FaceVaryingView> face_varying;
     BoundaryRule boundary = BoundaryRule::EdgeOnly;
     CreaseMethod crease_method = CreaseMethod::Uniform;
     /// Edge points beside triangles lean to the triangles (OpenSubdiv's TRI_SUB_SMOOTH).
@@ -99,7 +126,8 @@ struct FaceNames {
 ///
 /// Shapes: face_sizes n_faces; face_vertices sum of face_sizes, the faces one after the
 /// other; face_uvs the same as face_vertices, or empty where the mesh has no texture
-/// coordinates; the two line arrays are empty, or n_vertices and n_faces; channels n_vertices.
+/// coordinates; the two line arrays are empty, or n_vertices and n_faces; channels n_vertices;
+/// corner_values of face_varying the same as face_vertices.
 ///
 /// The names of what lies in a face of the mesh are those of the face: of a facet i of a
 /// Tessellation, groups.faces[facet_faces[i]].
@@ -112,6 +140,7 @@ struct MeshData {
     std::vector<Tag> tags;
     /// Of vertices, beside their positions: "color", weights, velocities, ...
     std::vector<NamedChannels> channels;
+    std::vector<FaceVaryingChannels> face_varying;  ///< of corners; in no file
     FaceNames groups, objects, materials;     ///< `g`, `o` and `usemtl` of an OBJ file
     std::vector<std::string> material_files;  ///< what its `mtllib` lines name
 

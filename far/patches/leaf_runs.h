@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <cmath>
 #include <span>
 #include <utility>
 #include <vector>
@@ -17,20 +16,10 @@
 #include <osdx/topology.h>
 #include <osdx/types.h>
 
+#include "far/mesh/address_counts.h"
 #include "far/mesh/quadrant.h"
 
 namespace osdx::inline OSDX_ABI::detail {
-
-/// Whether to_quarter() moves a point, by more than rounding does.
-/// \param q  to_quarter(base, at)
-inline bool was_clamped(const Topology& base, const Address& at, const QuarterPoint& q) {
-    constexpr double kRounding = 1e-12;
-    if (base.face_size(at.face) == 4)
-        return std::min(at.u, at.v) < -kRounding || std::max(at.u, at.v) > 1 + kRounding;
-    const Address back = to_address(base, q);
-    return !(std::abs(back.u - at.u) <= kRounding &&
-             std::abs(back.v - at.v) <= kRounding);
-}
 
 /// PatchTable::locate() for many points of a face: sends them down its quadtrees together, so that
 /// those of a leaf come out at once.

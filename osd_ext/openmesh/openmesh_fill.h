@@ -8,6 +8,7 @@
 
 #include <osdx/mesh_data.h>
 #include <osdx/openmesh_arrays.h>
+#include <osdx/openmesh_channels.h>
 #include <osdx/result.h>
 #include <osdx/tessellation.h>
 
@@ -74,6 +75,32 @@ void fill_texcoords(M& mesh, const FilledFaces& faces, const Texcoords& texcoord
     });
 }
 
+/// \tparam V  types of properties
+template <class... V, OpenMeshMesh M>
+void fill_halfedges(M& mesh, const FilledFaces& faces, const FaceVaryingChannels& c) {
+    const auto fill = [&]<class Value>(OpenMesh::HPropHandleT<Value> property) {
+        using C = Components<Value>;
+        if (C::n != c.n || !mesh.get_property_handle(property, c.name))
+            return;
+        for_each_corner(mesh, faces, [&](auto h, auto, Index corner) {
+            const double* numbers = c.view()[c.corner_values[corner]];
+            typename C::Scalar* to = C::data(mesh.property(property, h));
+            for (int k = 0; k < C::n; ++k)
+                to[k] = static_cast<typename C::Scalar>(numbers[k]);
+        });
+    };
+    (fill(OpenMesh::HPropHandleT<V>()), ...);
+}
+
+template <OpenMeshMesh M>
+void fill_face_varying(M& mesh, const FilledFaces& faces,
+                       const std::vector<FaceVaryingChannels>& all) {
+    using namespace OpenMesh;
+    for (const FaceVaryingChannels& c : all)
+        fill_halfedges<float, double, Vec2f, Vec2d, Vec3f, Vec3d, Vec4f, Vec4d>(mesh,
+                                                                                faces, c);
+}
+
 }  // namespace detail
 
 /// Makes the mesh this one, with its numbers of vertices and faces; what was in it goes, but
@@ -81,7 +108,8 @@ void fill_texcoords(M& mesh, const FilledFaces& faces, const Texcoords& texcoord
 /// triangles from their first corner, one after the other.
 ///
 /// Of the rest the mesh gets what it has requested: texture coordinates of halfedges and of
-/// vertices (where a seam passes, one of them), features as OpenMeshOptions say (flags for
+/// vertices (where a seam passes, one of them), face-varying channels where halfedges have a
+/// property of the name, of float or double or OpenMesh's vectors of these, features as OpenMeshOptions say (flags for
 /// infinitely sharp edges and vertices, properties for all). Normals are the mesh's own, by
 /// update_normals().
 /// \return what build_topology() and build_features() return; NonManifoldEdge, with the face,
@@ -95,12 +123,13 @@ Status fill_openmesh(const MeshData& data, M& mesh, const OpenMeshOptions& optio
         return faces.error();
     detail::fill_points(mesh, data.positions);
     detail::fill_texcoords(mesh, *faces, data.uvs, data.face_uvs);
+    detail::fill_face_varying(mesh, *faces, data.face_varying);
     return ok();
 }
 
 /// The same of a tessellation, triangle meshes as by triangles(). Normals of vertices and of
 /// halfedges (those of the side of a sharp edge that the face is on) where the mesh has requested
-/// them, and texture coordinates where both have them.
+/// them, and texture coordinates and face-varying channels where both have them.
 /// \return NonManifoldVertex where facets meet in a point only, as between holes; then the mesh is
 ///         as it was, or empty where it is OpenMesh that refuses
 template <OpenMeshMesh M>
@@ -111,6 +140,7 @@ Status fill_openmesh(const Tessellation& t, M& mesh) {
         return faces.error();
     detail::fill_points(mesh, t.positions);
     detail::fill_texcoords(mesh, *faces, t.texcoords, t.facet_texcoords);
+    detail::fill_face_varying(mesh, *faces, t.face_varying);
     const auto normal = [](const Vec3<double>& n) {
         return detail::convert<typename M::Normal>(n, 3);
     };

@@ -11,6 +11,7 @@
 #include <tbb/global_control.h>
 
 #include <osdx/evaluator.h>
+#include <osdx/face_varying_surface.h>
 #include <osdx/grid_evaluator.h>
 #include <osdx/patch_table.h>
 #include <osdx/surface.h>
@@ -97,6 +98,25 @@ TEST(Queries, DoNotAllocate) {
                 << "degree " << degree << ", " << mesh.positions.size() << " vertices";
             EXPECT_TRUE(std::isfinite(sum));
         }
+    }
+}
+
+TEST(Queries, OfFaceVaryingChannelsDoNotAllocate) {
+    const MeshData mesh = prism(7);
+    const auto s = Surface::build(mesh);
+    ASSERT_TRUE(s) << s.error().message;
+    const std::vector<double> values(5 * mesh.positions.size(), 1.0);
+    for (const FaceVaryingRule rule : {FaceVaryingRule::All, FaceVaryingRule::None}) {
+        const auto f = FaceVaryingSurface::build(
+            *s,
+            {"", mesh.face_vertices, static_cast<Index>(mesh.positions.size()), rule});
+        ASSERT_TRUE(f) << f.error().message;
+        const Buffer<double> points = f->values(channels(values.data(), 5));
+        std::array<double, 5 * n_derivatives(2)> out;
+        const long before = n_allocations;
+        for (Index face = 0; face < s->base().n_faces(); ++face)
+            f->evaluate(points, 5, Address{face, 0.3, 0.4}, 2, out);
+        EXPECT_EQ(n_allocations, before);
     }
 }
 

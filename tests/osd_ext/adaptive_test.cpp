@@ -549,11 +549,11 @@ TEST(Displace, ByATextureHasNoCracksAtSeams) {
     for (const MeshData& plain : {cube(), prism(5), torus(4, 5)}) {
         const MeshData mesh = with_uvs_of_each_face(random_displaced(plain, 2, 0.1));
         const Surface s = surface_of(mesh);
-        const auto texture = TextureSurface::build(mesh);
+        const auto texture = TextureSurface::build(s, mesh);
         ASSERT_TRUE(texture);
         const RateArrays rates = random_rates(s.base(), 4);
         Tessellation t = s.tessellate(rates);
-        texture->add_to(t, s.base(), rates);
+        texture->add_to(t, rates);
         const Tessellation before = t;
         displace(t, [&](const Address& a, const Point&, const Point&) {
             const Vec2<double> uv = texture->evaluate(a).p;

@@ -262,6 +262,41 @@ TEST(SubdivideTexture, IsDroppedByEvenDegrees) {
     EXPECT_EQ(texture_tag(fine), -1);
 }
 
+// Six channels, of which each two are the texture's, by all rules: the same to the bit.
+TEST(SubdivideFaceVarying, GoesTheWayOfTheTexture) {
+    MeshData mesh = random_displaced(prism(5), 1, 0.05);
+    FaceVaryingChannels c;
+    c.name = "paint";
+    c.n = 6;
+    for (Index i = 0; i < mesh.face_vertices.size(); ++i) {
+        mesh.face_uvs.push_back(mesh.face_vertices[i] + (i % 3 == 0 ? 10 : 0));
+    }
+    c.corner_values = mesh.face_uvs;
+    for (Index i = 0; i < 20; ++i) {
+        mesh.uvs.emplace_back(i * i % 17 / 16.0, i / 3.0);
+        for (int k = 0; k < 3; ++k)
+            c.values.insert(c.values.end(), {mesh.uvs.back().x, mesh.uvs.back().y});
+    }
+    for (int rule = 0; rule <= int(FaceVaryingRule::All); ++rule) {
+        c.rule = static_cast<FaceVaryingRule>(rule);
+        mesh.face_varying = {c};
+        const MeshData fine =
+            subdivided(mesh, {.degree = 3, .levels = 2, .uv_rule = c.rule}).data;
+        ASSERT_EQ(fine.face_varying.size(), 1u);
+        const FaceVaryingChannels& own = fine.face_varying.front();
+        EXPECT_EQ(own.name, "paint");
+        EXPECT_EQ(own.rule, c.rule);
+        EXPECT_EQ(own.corner_values, fine.face_uvs);
+        ASSERT_EQ(own.n_values(), fine.uvs.size());
+        for (Index i = 0; i < own.n_values(); ++i) {
+            for (int k = 0; k < 6; ++k)
+                ASSERT_EQ(own.view()[i][k], fine.uvs[i][k % 2]);
+        }
+        EXPECT_TRUE(build_topology(fine));
+    }
+    EXPECT_TRUE(subdivided(mesh, {.degree = 2}).data.face_varying.empty());
+}
+
 // ------------------------------------------------------------ channels
 
 /// Numbers for each vertex that tell whether they are mixed up: the position, a constant, and

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <osdx/face_varying.h>
 #include <osdx/resolved_features.h>
 #include <osdx/surface.h>
 #include <osdx/tessellate.h>
@@ -33,7 +34,9 @@ constexpr FaceVaryingRule kSmoothRules[] = {
 TextureSurface texture_of(const MeshData& mesh, const PatchTableOptions& patches = {},
                           std::optional<FaceVaryingRule> rule = {},
                           const FeatureOptions& tags = {}) {
-    auto t = TextureSurface::build(mesh, patches, tags, rule);
+    const auto surface = Surface::build(mesh, patches, tags);
+    EXPECT_TRUE(surface) << (surface ? "" : surface.error().message);
+    auto t = TextureSurface::build(*surface, mesh, tags, rule);
     EXPECT_TRUE(t) << (t ? "" : t.error().message);
     return std::move(*t);
 }
@@ -347,23 +350,24 @@ TEST(Texture, TakesItsRuleFromTheTags) {
 }
 
 TEST(TextureRefuses, WhatItCannotBuild) {
-    const auto refuse = [](const MeshData& mesh, ErrorCode code) {
-        const auto t = TextureSurface::build(mesh);
+    const auto surface = Surface::build(cube());
+    ASSERT_TRUE(surface);
+    const auto refuse = [&](const MeshData& mesh, ErrorCode code) {
+        const auto t = TextureSurface::build(*surface, mesh);
         ASSERT_FALSE(t);
         EXPECT_EQ(t.error().code, code) << t.error().message;
     };
     using enum ErrorCode;
     refuse(cube(), NoTexcoords);
     const MeshData good = with_projected_uvs(cube());
-    EXPECT_FALSE(TextureSurface::build(good, {.degree = 1}, {}, FaceVaryingRule::None));
+    EXPECT_TRUE(TextureSurface::build(*surface, good, {}, FaceVaryingRule::None));
     MeshData bad = good;
     bad.face_uvs[3] = 8;
     refuse(bad, IndexOutOfRange);
     bad = good;
     bad.tags = {{"facevaryinginterpolateboundary", {9}, {}, {}, 0}};
     refuse(bad, InvalidTag);
-    bad.tags = {{"crease", {0, 6}, {1}, {}, 0}};
-    refuse(bad, InvalidTag);
+    refuse(with_projected_uvs(prism(5)), SizeMismatch);
 }
 
 }  // namespace

@@ -107,8 +107,8 @@ Result<Job> load_job(const CommandOptions& options, Progress* progress) {
 }
 
 Result<TextureSurface> load_texture(const Job& job, const CommandOptions& options) {
-    Result<TextureSurface> texture = TextureSurface::build(
-        job.mesh, options.patches, options.features, options.uv_rule);
+    Result<TextureSurface> texture =
+        TextureSurface::build(job.surface, job.mesh, options.features, options.uv_rule);
     if (!texture)
         return in_file(texture.error(), options.input);
     return texture;

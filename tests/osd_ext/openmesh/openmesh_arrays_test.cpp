@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <osdx/build_topology.h>
+#include <osdx/face_varying_surface.h>
 #include <osdx/features.h>
 #include <osdx/openmesh.h>
 #include <osdx/surface.h>
@@ -473,6 +474,59 @@ TYPED_TEST(OpenMeshArraysOf, TexcoordsBecomeOneWhereTheyAreEqual) {
     EXPECT_EQ(of_vertices->uvs.size(), of_vertices->positions.size());
     mesh.release_vertex_texcoords2D();
     EXPECT_TRUE(to_mesh_data(mesh)->face_uvs.empty());
+}
+
+// A surface over a property of halfedges has its values at the corners.
+TYPED_TEST(OpenMeshArraysOf, PropertiesOfHalfedgesAreFaceVarying) {
+    TypeParam mesh = torus_mesh<TypeParam>();
+    mesh.request_halfedge_texcoords2D();
+    OpenMesh::HPropHandleT<OpenMesh::Vec3f> paint;
+    OpenMesh::HPropHandleT<double> weight;
+    mesh.add_property(paint, "paint");
+    mesh.add_property(weight, "weight");
+    for (const auto h : mesh.halfedges()) {
+        const int chart = h.face().idx() % 2, v = h.to().idx();
+        mesh.property(paint, h) = {float(v), float(chart), 3};
+        mesh.property(weight, h) = v + 0.25 * chart;
+        mesh.set_texcoord2D(h, {float(chart), float(v)});
+    }
+    delete_some(mesh);
+    const Result<OpenMeshArrays> arrays = read_openmesh(mesh);
+    ASSERT_TRUE(arrays);
+    const auto colors = halfedge_channels<OpenMesh::Vec3f>(mesh, *arrays, "paint");
+    const auto weights = halfedge_channels(mesh, *arrays, weight, FaceVaryingRule::None);
+    const auto uvs = halfedge_channels(mesh, *arrays, mesh.halfedge_texcoords2D_pph());
+    ASSERT_TRUE(colors && weights && uvs);
+    EXPECT_EQ(colors->name, "paint");
+    EXPECT_EQ(weights->rule, FaceVaryingRule::None);
+    EXPECT_EQ(colors->n, 3);
+    EXPECT_EQ(weights->n, 1);
+    // The same corners agree in all of them.
+    EXPECT_EQ(colors->corner_values, weights->corner_values);
+    EXPECT_EQ(colors->corner_values, uvs->corner_values);
+    EXPECT_EQ(uvs->corner_values, to_mesh_data(mesh, *arrays).face_uvs);
+
+    const auto surface = OpenMeshSurface::build(mesh);
+    ASSERT_TRUE(surface) << surface.error().message;
+    const auto painted = FaceVaryingSurface::build(surface->surface(), colors->corners());
+    ASSERT_TRUE(painted) << painted.error().message;
+    const Buffer<double> points = painted->values(colors->view());
+    const auto faces = live_faces(mesh);
+    std::size_t corner = 0;
+    Index f = 0;
+    for (auto i = mesh.faces_sbegin(); i != mesh.faces_end(); ++i, ++f) {
+        for (const int v : faces[f]) {
+            double at[3];
+            painted->evaluate(points, 3, QuarterPoint{Index(corner), 0, 0}, 0, at);
+            EXPECT_EQ(at[0], v);
+            EXPECT_EQ(at[1], i->idx() % 2);
+            EXPECT_EQ(at[2], 3);
+            const Index value = colors->corner_values[corner++];
+            EXPECT_EQ(weights->values[value], v + 0.25 * (i->idx() % 2));
+        }
+    }
+    EXPECT_FALSE(halfedge_channels<float>(mesh, *arrays, "paint"));
+    EXPECT_FALSE(halfedge_channels<float>(mesh, *arrays, "nothing"));
 }
 
 // ---------------------------------------------------------------------- refusals

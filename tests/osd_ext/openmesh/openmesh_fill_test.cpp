@@ -307,6 +307,54 @@ TYPED_TEST(OpenMeshFill, TakesTexcoords) {
     }
 }
 
+// Of a tessellation and of a refined mesh, by name and by the size of the vectors.
+TYPED_TEST(OpenMeshFill, TakesFaceVaryingChannels) {
+    Tessellation t = creased_surface().tessellate(2);
+    FaceVaryingChannels paint;
+    paint.name = "paint";
+    paint.n = 3;
+    for (Index i = 0; i < t.facet_points.size(); ++i) {
+        paint.values.insert(paint.values.end(), {double(i), 0.5 * i, -1});
+        paint.corner_values.push_back(i);
+    }
+    t.face_varying = {paint};
+    TypeParam mesh;
+    ASSERT_TRUE(fill_openmesh(t, mesh));  // not asked for
+    OpenMesh::HPropHandleT<OpenMesh::Vec3f> property;
+    OpenMesh::HPropHandleT<float> other;
+    mesh.add_property(property, "paint");
+    mesh.add_property(other, "other");
+    ASSERT_TRUE(fill_openmesh(t, mesh));
+    const auto corners = triangle_corners(t);
+    Index corner = 0;
+    for (const auto f : mesh.faces()) {
+        auto h = mesh.halfedge_handle(f);
+        for (Index i = 0; i < mesh.valence(f); ++i) {
+            const Index c = kTriangles<TypeParam> ? corners[f.idx()][i] : corner++;
+            EXPECT_EQ(mesh.property(property, h),
+                      OpenMesh::Vec3f(float(c), 0.5f * float(c), -1));
+            h = mesh.next_halfedge_handle(h);
+        }
+    }
+
+    MeshData data = random_displaced(cube(), 1, 0.1);
+    FaceVaryingChannels weight;
+    weight.name = "weight";
+    weight.values.assign(8, 0);
+    for (Index v = 0; v < 8; ++v)
+        weight.values[v] = v;
+    weight.corner_values = data.face_vertices;
+    data.face_varying = {weight};
+    PolyDouble fine;
+    OpenMesh::HPropHandleT<double> weights;
+    fine.add_property(weights, "weight");
+    ASSERT_TRUE(fill_openmesh(data, fine));
+    for (const auto f : fine.faces()) {
+        for (const auto h : f.halfedges())
+            EXPECT_EQ(fine.property(weights, h), h.to().idx());
+    }
+}
+
 // ---------------------------------------------------------------------- what was there
 
 TYPED_TEST(OpenMeshFill, LeavesNothingOfWhatWasThere) {
