@@ -24,15 +24,16 @@ namespace {
 using detail::AddressCounts, detail::was_clamped;
 
 struct NumberedAddress {
-    Address at;
+    Index face;
     Index number;  ///< counted from the beginning of a chunk
+    double u, v;
 };
 
 /// Addresses in the order of keys below n_keys.
 class CountingSort {
 public:
     /// \param key  key(i) of address i
-    /// \param address  address(i), numbered
+    /// \param address  address(i, out): puts address i
     template <class Key, class NumberedAt>
     void sort(std::size_t n, std::size_t n_keys, Key&& key, NumberedAt&& address) {
         ends_.assign(n_keys, 0);
@@ -43,7 +44,7 @@ public:
             sum += std::exchange(e, sum);
         sorted_.resize(std::max(n, sorted_.size()));
         for (std::size_t i = 0; i < n; ++i)
-            sorted_[ends_[key(i)]++] = address(i);
+            address(i, sorted_[ends_[key(i)]++]);
     }
 
     std::span<const NumberedAddress> of_key(std::size_t k) const {
@@ -71,14 +72,15 @@ public:
     /// Calls f(addresses) for each group.
     template <class F>
     void for_each_group(std::span<const Address> chunk, F&& f) {
-        const auto face = [&](const Address& at) {
-            return std::min(at.face, last_face_);
-        };
+        const auto face = [&](const auto& at) { return std::min(at.face, last_face_); };
         groups_.sort(
             chunk.size(), n_groups_,
             [&](std::size_t i) { return face(chunk[i]) >> shift_; },
-            [&](std::size_t i) {
-                return NumberedAddress{chunk[i], static_cast<Index>(i)};
+            [&](std::size_t i, NumberedAddress& out) {
+                out.face = chunk[i].face;
+                out.number = static_cast<Index>(i);
+                out.u = chunk[i].u;
+                out.v = chunk[i].v;
             });
         for (Index g = 0; g < n_groups_; ++g) {
             const auto group = groups_.of_key(g);
@@ -91,8 +93,8 @@ public:
             const Index in_group = (Index(1) << shift_) - 1;
             faces_.sort(
                 group.size(), std::size_t(1) << (shift_ - rough),
-                [&](std::size_t i) { return (face(group[i].at) & in_group) >> rough; },
-                [&](std::size_t i) { return group[i]; });
+                [&](std::size_t i) { return (face(group[i]) & in_group) >> rough; },
+                [&](std::size_t i, NumberedAddress& out) { out = group[i]; });
             f(faces_.all());
         }
     }
@@ -145,26 +147,26 @@ AddressReport evaluate_addresses(const Evaluator& evaluator, std::span<const T> 
             std::size_t n_clamped = 0, n_without = 0, first_without = SIZE_MAX;
             const auto evaluate = [&](std::span<const NumberedAddress> sorted) {
                 for (std::size_t k = 0; k < sorted.size();) {
-                    const Index face = sorted[k].at.face;
+                    const Index face = sorted[k].face;
                     const bool has_surface =
                         face < table.base().n_faces() && table.has_surface(face);
                     if (has_surface)
                         thread.runs.start(face);
                     std::size_t n = 0;
                     for (; k < sorted.size() && n < detail::LeafRuns::kMost; ++k) {
-                        const auto& [at, number] = sorted[k];
+                        const NumberedAddress& at = sorted[k];
                         if (at.face != face)
                             break;
                         if (!has_surface || std::isnan(at.u) || std::isnan(at.v)) {
-                            std::fill_n(rows[number], out.n,
+                            std::fill_n(rows[at.number], out.n,
                                         std::numeric_limits<T>::quiet_NaN());
                             ++n_without;
                             first_without =
-                                std::min<std::size_t>(first_without, begin + number);
+                                std::min<std::size_t>(first_without, begin + at.number);
                             continue;
                         }
-                        prefetch(rows[number], out.n);
-                        n_clamped += thread.runs.add(at, number);
+                        prefetch(rows[at.number], out.n);
+                        n_clamped += thread.runs.add({face, at.u, at.v}, at.number);
                         ++n;
                     }
                     if (n == 0)

@@ -111,19 +111,28 @@ namespace {
 /// Channels that are summed at a time.
 constexpr int kMostChannels = 8;
 
-/// Rows of N channels, or with a stride N of more.
+/// Rows of N channels, or with a stride N of more: by four at a time, the last four of N where
+/// they do not go into it.
 template <int N, class T>
 void extend_by(const StencilTable& t, Index first, int stride, T* values, Index begin,
                Index end) noexcept {
+    constexpr int kFour = N < 4 ? N : 4, kLast = N - kFour;
     for (Index r = begin; r < end; ++r) {
-        T sum[N] = {};
+        T sum[kFour] = {}, last[kFour] = {};
         for (std::size_t k = t.offsets[r]; k < t.offsets[r + 1]; ++k) {
             const T* in = values + std::size_t(t.indices[k]) * stride;
             const T w = T(t.weights[k]);
-            for (int c = 0; c < N; ++c)
+            for (int c = 0; c < kFour; ++c)
                 sum[c] += w * in[c];
+            if constexpr (kLast > 0) {
+                for (int c = 0; c < kFour; ++c)
+                    last[c] += w * in[kLast + c];
+            }
         }
-        std::copy_n(sum, N, values + std::size_t(first + r) * stride);
+        T* const out = values + std::size_t(first + r) * stride;
+        std::copy_n(sum, kFour, out);
+        if constexpr (kLast > 0)
+            std::copy_n(last, kFour, out + kLast);
     }
 }
 
