@@ -323,7 +323,7 @@ TEST(Continuity, IsOfOrderDMinusOneInTheSplineParameters) {
             }
         }
     }
-    for (int d = 3; d <= 7; ++d) {
+    for (const int d : test::thinned<int>({5, 3, 6, 7, 4})) {
         SCOPED_TRACE("pole near small patches d" + std::to_string(d));
         const auto counts =
             expect_order_d_minus_one(build(pole_near_small_patches(d), d), 200);
