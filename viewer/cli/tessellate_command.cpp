@@ -60,7 +60,9 @@ Status tessellate_command(const CommandOptions& options) {
     if (const Status s = job->add_channels(t, options.limit_isolation); !s)
         return in_file(s.error(), options.input);
     progress.stage("writing");
-    if (const Status s = written(write_tessellation(options.out, t), options.out); !s)
+    if (const Status s =
+            written(write_tessellation(options.out, t, &job->mesh), options.out);
+        !s)
         return s;
     Json report = {{"mesh", mesh_report(job->surface.base())},
                    {"points", t.positions.size()},
