@@ -174,6 +174,22 @@ void define(Parser& p) {
                      "no edge has more segments by --edge-length or --error")
         ->check(CLI::Range(1, 1024))
         ->capture_default_str();
+    CLI::Option* displace = tessellate->add_option(
+        "--displace", p.options.displace,
+        "a PNG file of 8 or 16 bits: points move along their normals "
+        "by its grey at their texture coordinates; black stays");
+    tessellate
+        ->add_option("--displace-scale", p.options.displace_scale,
+                     "how far white moves, over the diagonal of the mesh's bounding box; "
+                     "below 0: inwards")
+        ->check([](const std::string& text) {
+            double x = 0;
+            return CLI::detail::lexical_cast(text, x) && std::isfinite(x)
+                       ? std::string()
+                       : text + " is no number";
+        })
+        ->needs(displace)
+        ->capture_default_str();
     p.uv_rule(tessellate);
     p.out(tessellate, "OBJ, PLY, STL or GLB");
 

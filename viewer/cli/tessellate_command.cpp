@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <osdx/displace.h>
 #include <osdx/files/tessellation_file.h>
 #include <osdx/tessellation_rates.h>
 #include <osdx/texture.h>
@@ -13,6 +14,7 @@
 #include "viewer/cli/commands.h"
 #include "viewer/cli/job.h"
 #include "viewer/cli/progress.h"
+#include "viewer/render/image.h"
 
 namespace osdx::cli {
 namespace {
@@ -29,6 +31,19 @@ RateArrays measured_rates(const Job& job, const CommandOptions& options) {
                                  *options.edge_length * job.diagonal(), options.max_rate);
     }
     return {};
+}
+
+/// Moves points by the heights of an image at their texture coordinates.
+Status displace_by_image(Tessellation& t, const Job& job, const TextureSurface& texture,
+                         const CommandOptions& options) {
+    const Result<render::HeightMap> map = render::read_heights(options.displace);
+    if (!map)
+        return fail(map.error().code, fmt::format("--displace: {}", map.error().message));
+    const double scale = options.displace_scale * job.diagonal();
+    displace(t, [&](const Address& at, const Vec3<double>&, const Vec3<double>&) {
+        return scale * map->at(texture.evaluate(at).p);
+    });
+    return ok();
 }
 
 }  // namespace
@@ -56,6 +71,14 @@ Status tessellate_command(const CommandOptions& options) {
         if (!texture)
             return texture.error();
         texture->add_to(t, job->surface.base(), rates);
+        if (!options.displace.empty()) {
+            if (const Status s = displace_by_image(t, *job, *texture, options); !s)
+                return s;
+        }
+    } else if (!options.displace.empty()) {
+        return fail(ErrorCode::NoTexcoords,
+                    fmt::format("--displace: {} has no texture coordinates",
+                                options.input.string()));
     }
     if (const Status s = job->add_channels(t, options.limit_isolation); !s)
         return in_file(s.error(), options.input);
