@@ -54,6 +54,7 @@ constexpr const char* kStages[] = {"evaluate_grid_cached",
                                    "update_local",
                                    "subdivide",
                                    "tessellate",
+                                   "tessellate_error",
                                    "degree",
                                    "threads",
                                    "size"};
@@ -115,7 +116,8 @@ void print_table(std::span<const Row> rows, bool markdown) {
     }
     fmt::print(
         "{}Rates are millions a second: samples or points of evaluation, faces of the "
-        "mesh for build and update, vertices of the result for subdivide, facets for "
+        "mesh for build, update and tessellate_error, vertices of the result for "
+        "subdivide, facets for "
         "tessellate. Bytes: ours / peer.\n",
         markdown ? "\n" : "");
 }

@@ -26,6 +26,7 @@ void build_stage(Suite& suite, std::span<const BenchMesh> meshes);
 /// update, update_local
 void update_stage(Suite& suite, std::span<const BenchMesh> meshes);
 void subdivide_stage(Suite& suite, std::span<const BenchMesh> meshes);
+/// tessellate, tessellate_error
 void tessellate_stage(Suite& suite, std::span<const BenchMesh> meshes);
 
 }  // namespace osdx::bench

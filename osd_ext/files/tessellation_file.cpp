@@ -6,7 +6,10 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
+#include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -18,6 +21,7 @@
 #include <osdx/files/tessellation_file.h>
 #include <osdx/mesh_data.h>
 
+#include "far/mesh/formats/obj_names.h"
 #include "far/mesh/formats/output.h"
 #include "far/mesh/formats/ply_channels.h"
 
@@ -29,6 +33,12 @@ using detail::Output;
 using Triangles = std::vector<std::array<Index, 3>>;
 
 constexpr std::uint64_t kMax32 = std::numeric_limits<std::uint32_t>::max();
+
+/// What a file is to hold.
+struct Content {
+    const Tessellation& t;
+    const MeshData* base;  ///< with the names of faces, or null
+};
 
 // ---- Vertices of formats with one index ----
 
@@ -132,10 +142,36 @@ Status check_shapes(const Tessellation& t) {
     return check_indices(t.facet_texcoords, "texture coordinate", t.texcoords.size());
 }
 
-Status check_ply(const Tessellation& t) {
-    if (Status status = check_shapes(t); !status)
+/// The shapes, and that each facet lies in a face whose names are known.
+Status check_content(const Content& content) {
+    if (Status status = check_shapes(content.t); !status || !content.base)
         return status;
-    return detail::check_ply_names(t.channels);
+    const auto& faces = content.t.facet_faces;
+    const auto worst = std::ranges::max_element(faces);
+    if (*worst >= content.base->face_sizes.size()) {
+        return fail(
+            ErrorCode::IndexOutOfRange,
+            fmt::format("facet {} lies in face {}, but there are {}",
+                        worst - faces.begin(), *worst, content.base->face_sizes.size()),
+            static_cast<Index>(worst - faces.begin()));
+    }
+    return check_face_names(*content.base);
+}
+
+Status check_obj(const Content& content) {
+    if (Status status = check_content(content); !status)
+        return status;
+    if (content.base && detail::bad_name(*content.base)) {
+        return fail(ErrorCode::WriteFailed,
+                    "a name of faces is not of words with one space between");
+    }
+    return ok();
+}
+
+Status check_ply(const Content& content) {
+    if (Status status = check_content(content); !status)
+        return status;
+    return detail::check_ply_names(content.t.channels);
 }
 
 /// Whether the positions fit into floats; not if one is nan or infinite.
@@ -158,14 +194,20 @@ std::uint64_t n_triangles(const Tessellation& t) {
     return t.facet_points.size() - 2 * std::uint64_t{t.facet_sizes.size()};
 }
 
-Status check_stl(const Tessellation& t) {
-    if (Status status = check_shapes(t); !status)
+Status check_stl(const Content& content) {
+    if (Status status = check_content(content); !status)
         return status;
+    const Tessellation& t = content.t;
     if (n_triangles(t) > kMax32) {
         return fail(ErrorCode::WriteFailed,
                     fmt::format("{} triangles are too many for STL", n_triangles(t)));
     }
     return check_floats(t);
+}
+
+/// Source: IEC 61966-2-1 (sRGB), from the colours of screens and files.
+double linear_light(double c) {
+    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
 }
 
 /// A channel, or all numbers of one, as an attribute of the vertices in a GLB file.
@@ -177,7 +219,10 @@ struct GlbAttribute {
     /// Of the vertex of a corner's point.
     float value(const Tessellation& t, std::size_t corner, int k) const noexcept {
         const double x = channels->view()[t.facet_points[corner]][first + k];
-        return static_cast<float>(is_color() ? std::clamp(x, 0.0, 1.0) : x);
+        if (!is_color())
+            return static_cast<float>(x);
+        const double c = std::clamp(x, 0.0, 1.0);
+        return static_cast<float>(k < 3 ? linear_light(c) : c);
     }
     bool is_color() const noexcept { return channels->name == kColorName; }
 };
@@ -240,15 +285,21 @@ Status check_attributes(const Tessellation& t) {
     return ok();
 }
 
-Status check_glb(const Tessellation& t) {
-    if (Status status = check_shapes(t); !status)
+Status check_glb(const Content& content) {
+    if (Status status = check_content(content); !status)
         return status;
+    const Tessellation& t = content.t;
     // The lengths in the file are 32 bits wide. The headers take about 1 kB, and less than
     // half of that for an attribute but for its name, which is there once.
     std::uint64_t n_header = 4096, n_numbers = has_texcoords(t) ? 8 : 6;
     for (const GlbAttribute& a : glb_attributes(t)) {
         n_header += 512 + a.name.size();
         n_numbers += static_cast<std::uint64_t>(a.n);
+    }
+    // A material, with its primitive, view and accessor; letters may need six.
+    if (content.base) {
+        for (const std::string& name : content.base->materials.names)
+            n_header += 1024 + 6 * name.size() + 24 * glb_attributes(t).size();
     }
     const std::uint64_t kMax = kMax32 - std::min(kMax32, n_header);
     const std::uint64_t n_vertices = merge_corners(t, has_texcoords(t)).corners.size();
@@ -275,8 +326,12 @@ void for_each_facet(const Tessellation& t, F&& f) {
     }
 }
 
-void write_obj(std::ostream& stream, const Tessellation& t) {
+void write_obj(std::ostream& stream, const Content& content) {
+    const Tessellation& t = content.t;
     Output out(stream);
+    std::optional<detail::WrittenNames> names;
+    if (content.base)
+        names.emplace(out, *content.base);
     const NamedChannels* const color = find_channels(t.channels, kColorName);
     for (std::size_t i = 0; i < t.positions.size(); ++i) {
         const Vec3<double>& p = t.positions[i];
@@ -289,7 +344,9 @@ void write_obj(std::ostream& stream, const Tessellation& t) {
         out.text("vn {} {} {}\n", n.x, n.y, n.z);
     for (const Vec2<double>& uv : has_texcoords(t) ? t.texcoords : t.facet_uvs)
         out.text("vt {} {}\n", uv.x, uv.y);
-    for_each_facet(t, [&](Index, std::size_t first, std::size_t end) {
+    for_each_facet(t, [&](Index i, std::size_t first, std::size_t end) {
+        if (names)
+            names->start_face(t.facet_faces[i]);
         out.text("f");
         for (std::size_t c = first; c < end; ++c) {
             out.text(" {}/{}/{}", std::uint64_t{t.facet_points[c]} + 1,
@@ -321,7 +378,8 @@ void write_number(Output& out, const detail::PlyColumn& column, std::size_t i) {
     }
 }
 
-void write_ply(std::ostream& stream, const Tessellation& t) {
+void write_ply(std::ostream& stream, const Content& content) {
+    const Tessellation& t = content.t;
     const MergedCorners merged = merge_corners(t, false);
     const std::vector<detail::PlyColumn> columns = ply_columns(t);
     Output out(stream);
@@ -379,7 +437,8 @@ Vec3<double> unit_or(const Vec3<double>& v, const Vec3<double>& fallback) {
     return length > 0 ? v / length : fallback;
 }
 
-void write_stl(std::ostream& stream, const Tessellation& t) {
+void write_stl(std::ostream& stream, const Content& content) {
+    const Tessellation& t = content.t;
     const Triangles tris = triangles(t);
     Output out(stream);
     // Readers take a file that starts with "solid" for text.
@@ -473,7 +532,51 @@ void add_attribute(tinygltf::Model& model, const Tessellation& t,
              kTypes[static_cast<std::size_t>(attribute.n - 1)], merged.corners.size());
 }
 
-tinygltf::Model make_model(const Tessellation& t) {
+/// The name in UTF-8, as JSON is; what is none becomes question marks.
+std::string utf8(std::string name) {
+    for (std::size_t i = 0; i < name.size();) {
+        const auto byte = [&](std::size_t k) {
+            return static_cast<unsigned char>(name[k]);
+        };
+        const unsigned char lead = byte(i);
+        const std::size_t n = lead < 0x80                   ? 1
+                              : lead >= 0xC2 && lead < 0xE0 ? 2
+                              : (lead & 0xF0) == 0xE0       ? 3
+                              : lead >= 0xF0 && lead < 0xF5 ? 4
+                                                            : 0;
+        // No surrogates, nothing in more bytes than it needs or beyond 10FFFF.
+        bool good = n > 0 && i + n <= name.size();
+        for (std::size_t k = 1; good && k < n; ++k)
+            good = (byte(i + k) & 0xC0) == 0x80;
+        if (good && n > 2) {
+            const unsigned char next = byte(i + 1);
+            good = (lead != 0xE0 || next >= 0xA0) && (lead != 0xED || next < 0xA0) &&
+                   (lead != 0xF0 || next >= 0x90) && (lead != 0xF4 || next < 0x90);
+        }
+        if (!good)
+            name[i] = '?';
+        i += good ? n : 1;
+    }
+    return name;
+}
+
+/// The triangles of each material, by its number plus one; 0: without a name.
+std::map<Index, Triangles> by_material(const Content& content, const Triangles& corners) {
+    const bool named = content.base && !content.base->materials.faces.empty();
+    std::map<Index, Triangles> result;
+    std::size_t first = 0;
+    for (Index i = 0; i < content.t.facet_sizes.size(); ++i) {
+        const Index face = content.t.facet_faces[i];
+        Triangles& to = result[named ? content.base->materials.faces[face] + 1 : 0];
+        const std::size_t end = first + content.t.facet_sizes[i] - 2;
+        for (; first < end; ++first)
+            to.push_back(corners[first]);
+    }
+    return result;
+}
+
+tinygltf::Model make_model(const Content& content) {
+    const Tessellation& t = content.t;
     const MergedCorners merged = merge_corners(t, has_texcoords(t));
     const Triangles tris = triangle_corners(t);
     tinygltf::Model model;
@@ -492,44 +595,50 @@ tinygltf::Model make_model(const Tessellation& t) {
     const std::size_t first_attribute = model.accessors.size();
     for (const GlbAttribute& attribute : attributes)
         add_attribute(model, t, merged, attribute);
-    for (const std::array<Index, 3>& triangle : tris) {
-        for (const Index c : triangle)
-            append_bytes(model.buffers[0].data, merged.vertices[c]);
-    }
-    end_view(model, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER,
-             TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR, 3 * tris.size());
-
-    tinygltf::Material material;
-    material.doubleSided = true;
-    material.pbrMetallicRoughness.metallicFactor = 0;  // 1 if left out: a black mirror
-    model.materials.push_back(material);
-
     tinygltf::Primitive primitive;
     primitive.attributes = {{"POSITION", 0}, {"NORMAL", 1}};
     if (has_texcoords(t))
         primitive.attributes["TEXCOORD_0"] = 2;
     for (std::size_t i = 0; i < attributes.size(); ++i)
         primitive.attributes[attributes[i].name] = static_cast<int>(first_attribute + i);
-    primitive.indices = static_cast<int>(model.accessors.size()) - 1;
-    primitive.material = 0;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
-    model.meshes.emplace_back().primitives.push_back(primitive);
+
+    tinygltf::Mesh& mesh = model.meshes.emplace_back();
+    for (const auto& [number, triangles] : by_material(content, tris)) {
+        for (const std::array<Index, 3>& triangle : triangles) {
+            for (const Index c : triangle)
+                append_bytes(model.buffers[0].data, merged.vertices[c]);
+        }
+        end_view(model, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER,
+                 TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR,
+                 3 * triangles.size());
+        primitive.indices = static_cast<int>(model.accessors.size()) - 1;
+        primitive.material = static_cast<int>(model.materials.size());
+        mesh.primitives.push_back(primitive);
+
+        tinygltf::Material& material = model.materials.emplace_back();
+        if (number > 0)
+            material.name = utf8(content.base->materials.names[number - 1]);
+        material.doubleSided = true;
+        material.pbrMetallicRoughness.metallicFactor =
+            0;  // 1 if left out: a black mirror
+    }
     model.nodes.emplace_back().mesh = 0;
     model.scenes.emplace_back().nodes.push_back(0);
     model.defaultScene = 0;
     return model;
 }
 
-void write_glb(std::ostream& stream, const Tessellation& t) {
-    const tinygltf::Model model = make_model(t);
+void write_glb(std::ostream& stream, const Content& content) {
+    const tinygltf::Model model = make_model(content);
     if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, stream, false, true))
         stream.setstate(std::ios::failbit);
 }
 
 // ---- Files ----
 
-constexpr std::array<detail::WriteFormat<Tessellation>, 4> kFormats{{
-    {".obj", check_shapes, write_obj},
+constexpr std::array<detail::WriteFormat<Content>, 4> kFormats{{
+    {".obj", check_obj, write_obj},
     {".ply", check_ply, write_ply},
     {".stl", check_stl, write_stl},
     {".glb", check_glb, write_glb},
@@ -538,13 +647,14 @@ constexpr std::array<detail::WriteFormat<Tessellation>, 4> kFormats{{
 }  // namespace
 
 Status write_tessellation(const std::filesystem::path& path,
-                          const Tessellation& tessellation) {
-    return detail::write_as<Tessellation>(path, tessellation, kFormats);
+                          const Tessellation& tessellation, const MeshData* base) {
+    return detail::write_as<Content>(path, {tessellation, base}, kFormats);
 }
 
 Result<std::string> format_tessellation(const Tessellation& tessellation,
-                                        std::string_view extension) {
-    return detail::format_as<Tessellation>(extension, tessellation, kFormats);
+                                        std::string_view extension,
+                                        const MeshData* base) {
+    return detail::format_as<Content>(extension, {tessellation, base}, kFormats);
 }
 
 }  // namespace osdx::inline OSDX_ABI

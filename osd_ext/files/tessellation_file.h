@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include <osdx/mesh_data.h>
 #include <osdx/result.h>
 #include <osdx/tessellation.h>
 
@@ -29,24 +30,33 @@ namespace osdx::inline OSDX_ABI {
 /// OBJ   "color" after x y z, the others not at all; STL none.
 /// PLY   properties, as mesh_file.h has them: doubles, or less where that is exact; colours are
 ///       floats, or uchar where they are 255ths.
-/// GLB   floats: "color" as COLOR_0, clamped to 0..1, which glTF takes for linear light; others
+/// GLB   floats: "color" as COLOR_0, clamped to 0..1 and turned from sRGB, which colours of OBJ,
+///       OFF and PLY are in practice, to linear light, which glTF wants (alpha stays); others
 ///       in capitals after a low line, _NAME, and more than four numbers as _NAME_0, _NAME_1,
 ///       ...
+///
+/// Names of the faces that facets lie in, where `base` is given:
+/// OBJ   groups, objects and materials as g, o and usemtl, files of materials as mtllib.
+/// GLB   materials: a primitive and a material of that name for each that a facet has, after one
+///       without name for the others. Bytes that are no UTF-8 become question marks.
 ///
 /// Without texcoords, OBJ and PLY hold facet_uvs in their place.
 /// In PLY and GLB a vertex has one normal, and in GLB one texture coordinate: a point with
 /// several is there as often, with equal bits. Points of no facet are left out of them.
+/// \param base  the mesh that was tessellated, for its names; or null
 /// \return InvalidOption for another extension; EmptyMesh, SizeMismatch or IndexOutOfRange
-///         for a tessellation against its shapes; WriteFailed, also where the format has
-///         too few bits (STL, GLB) or would mix up channels by their names (PLY, GLB). Nothing
-///         half-written is left.
+///         for a tessellation or names against their shapes; WriteFailed, also where the format
+///         has too few bits (STL, GLB), would mix up channels by their names (PLY, GLB) or
+///         names of faces by their spaces (OBJ). Nothing half-written is left.
 OSDX_API Status write_tessellation(const std::filesystem::path& path,
-                                   const Tessellation& tessellation);
+                                   const Tessellation& tessellation,
+                                   const MeshData* base = nullptr);
 
 /// The same into memory.
 /// \param extension  with its dot
 /// \return what write_tessellation() returns, but not WriteFailed for the disk
 OSDX_API Result<std::string> format_tessellation(const Tessellation& tessellation,
-                                                 std::string_view extension);
+                                                 std::string_view extension,
+                                                 const MeshData* base = nullptr);
 
 }  // namespace osdx::inline OSDX_ABI

@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 
 # Builds and runs the program of the README against osdx in four ways: installed or as a part
-# of its project, static or shared; and looks at the headers that are installed.
+# of its project, static or shared, and one that uses every component; and looks at the headers
+# that are installed.
 #
-# cmake -DBUILD_DIR=dir -DOSDX_DIR=dir -DMESH=file [-DINSTALLED_ALONE=ON] -P run.cmake
+# cmake -DBUILD_DIR=dir -DOSDX_DIR=dir -DMESH=file -DCOMPONENTS=... [-DINSTALLED_ALONE=ON] -P run.cmake
 #   BUILD_DIR         a finished build, of static libraries
 #   OSDX_DIR          the sources
 #   MESH              what the program reads
+#   COMPONENTS        those that BUILD_DIR has with what they stand on, with commas
 #   INSTALLED_ALONE   what is installed from BUILD_DIR, and no build of another
 
 cmake_minimum_required(VERSION 3.22)
@@ -39,7 +41,7 @@ file(REMOVE_RECURSE ${scratch})
 function(consume name)
     execute_process(
         COMMAND ${CMAKE_COMMAND} -S ${source} -B ${scratch}/${name} -G ${CMAKE_GENERATOR}
-                -DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER} ${ARGN}
+                -DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER} -DCOMPONENTS=${COMPONENTS} ${ARGN}
         ${or_fail})
     execute_process(COMMAND ${CMAKE_COMMAND} --build ${scratch}/${name} ${or_fail})
     file(REMOVE ${scratch}/${name}/surface.ply)
@@ -49,11 +51,23 @@ function(consume name)
     if(NOT EXISTS ${scratch}/${name}/surface.ply)
         message(FATAL_ERROR "The program wrote no surface.ply")
     endif()
+    execute_process(
+        COMMAND ${scratch}/${name}/components
+        OUTPUT_VARIABLE used OUTPUT_STRIP_TRAILING_WHITESPACE ${or_fail})
+    if(NOT used STREQUAL COMPONENTS)
+        message(FATAL_ERROR "of the components ${COMPONENTS} work: ${used}")
+    endif()
 endfunction()
 
 execute_process(
     COMMAND ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${scratch}/prefix ${or_fail})
+# One header after the other is what takes long; sanitizers add nothing to them.
+set(unity OFF)
+if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
+    set(unity ON)
+endif()
 consume(installed
+    -DCMAKE_UNITY_BUILD=${unity} -DCMAKE_UNITY_BUILD_BATCH_SIZE=0
     -DCMAKE_BUILD_TYPE=${CMAKE_BUILD_TYPE} -DCMAKE_CXX_FLAGS=${CMAKE_CXX_FLAGS}
     -DOSDX_HEADERS=${scratch}/prefix/include
     "-DCMAKE_PREFIX_PATH=${scratch}/prefix;${CMAKE_PREFIX_PATH}")
@@ -78,10 +92,11 @@ if(INSTALLED_ALONE)
     return()
 endif()
 
-# A build of the library for these, as quick as can be: it is not for speed.
+# A build of the library for these, as quick as can be: it is not for speed. Kernels are of the
+# plainest instruction set alone.
 set(as_part
-    -DOSDX_SOURCE_DIR=${OSDX_DIR} -DOSDX_COMPONENTS=files -DOSDX_INSTALL=ON
-    -DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS=-O0 -g0 -DOSDX_FEWER_TARGETS"
+    -DOSDX_SOURCE_DIR=${OSDX_DIR} -DOSDX_INSTALL=ON
+    -DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS=-O0 -g0 -DHWY_COMPILE_ONLY_STATIC"
     -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=16)
 consume(part ${as_part} -DBUILD_SHARED_LIBS=ON)
 file(GLOB shared ${scratch}/part/osdx/libosdx.so*)

@@ -20,6 +20,7 @@
 #include "far/refine/refinement.h"
 #include "tests/support/refine_support.h"
 #include "tests/support/test_meshes.h"
+#include "tests/support/thinned.h"
 
 namespace osdx {
 namespace {
@@ -94,28 +95,24 @@ void expect_same_mesh(const MeshData& a, const MeshData& b) {
 }
 
 TEST(Subdivide, GivesTheLastLevelOfRefinement) {
-    for (const auto& [name, mesh] : meshes()) {
-        for (const int d : {2, 3, 4, 5}) {
-            for (const int n_levels : {0, 1, 2}) {
-                SCOPED_TRACE(name + ", degree " + std::to_string(d) + ", levels " +
-                             std::to_string(n_levels));
-                const SubdividedMesh ours =
-                    subdivided(mesh, {.degree = d, .levels = n_levels});
-                Refinement theirs(topology_of(mesh), d, features_of(mesh));
-                for (int i = 0; i < n_levels; ++i)
-                    theirs.add_level();
-                const Topology& last = theirs.topology(n_levels);
-                expect_same_mesh(ours.data,
-                                 to_mesh_data(last, theirs.points(mesh.positions)));
-                EXPECT_EQ(ours.n_border_edges,
-                          std::ranges::count(last.twin, kInvalidIndex));
-                if (n_levels > 0 && d % 2 == 0) {
-                    EXPECT_EQ(ours.data.positions.size(), Cloud(ours.data).points.size());
-                }
-                if (HasFatalFailure())
-                    return;
-            }
+    const std::vector<int> degrees = {2, 3, 4, 5}, levels = {0, 1, 2};
+    for (const auto& [named, d, n_levels] :
+         thinned(combinations(meshes(), degrees, levels))) {
+        const MeshData& mesh = named.data;
+        SCOPED_TRACE(named.name + ", degree " + std::to_string(d) + ", levels " +
+                     std::to_string(n_levels));
+        const SubdividedMesh ours = subdivided(mesh, {.degree = d, .levels = n_levels});
+        Refinement theirs(topology_of(mesh), d, features_of(mesh));
+        for (int i = 0; i < n_levels; ++i)
+            theirs.add_level();
+        const Topology& last = theirs.topology(n_levels);
+        expect_same_mesh(ours.data, to_mesh_data(last, theirs.points(mesh.positions)));
+        EXPECT_EQ(ours.n_border_edges, std::ranges::count(last.twin, kInvalidIndex));
+        if (n_levels > 0 && d % 2 == 0) {
+            EXPECT_EQ(ours.data.positions.size(), Cloud(ours.data).points.size());
         }
+        if (HasFatalFailure())
+            return;
     }
 }
 

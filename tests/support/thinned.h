@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -29,6 +30,22 @@ std::vector<T> thinned(std::vector<T> cases) {
     for (double i = 0; i < double(cases.size()); i += kStep)
         some.push_back(std::move(cases[static_cast<std::size_t>(i)]));
     return some;
+}
+
+/// All combinations of elements of some lists, the last one's fastest.
+template <class T>
+std::vector<std::tuple<T>> combinations(const std::vector<T>& list) {
+    return {list.begin(), list.end()};
+}
+template <class T, class... Others>
+std::vector<std::tuple<T, Others...>> combinations(const std::vector<T>& first,
+                                                   const std::vector<Others>&... others) {
+    std::vector<std::tuple<T, Others...>> all;
+    for (const T& x : first) {
+        for (const std::tuple<Others...>& rest : combinations(others...))
+            all.push_back(std::tuple_cat(std::tuple<T>(x), rest));
+    }
+    return all;
 }
 
 /// How many of all cases a test wants to have met: with sanitizers one is enough.

@@ -45,7 +45,7 @@ refuses() {
     "$osdx" "$@" >stdout 2>stderr || got=$?
     after=$(ls -A | grep -v '^std')
     [[ $got == "$status" ]] || fail "$*: status $got, not $status"
-    grep -Eq "$pattern" stderr || fail "$*: '$(cat stderr)' does not say '$pattern'"
+    grep -Eq -e "$pattern" stderr || fail "$*: '$(cat stderr)' does not say '$pattern'"
     if [[ $status == 1 && $(wc -l <stderr) != 1 ]]; then
         fail "$*: not one line: $(cat stderr)"
     fi
@@ -106,6 +106,48 @@ succeeds colors.ply -- subdivide colors.obj --levels 1 --out colors.ply
 grep -q '^property double red$' colors.ply || fail "subdivide: no colours"
 succeeds groups.obj -- subdivide colors.obj --levels 1 --out groups.obj
 grep -q '^g all$' groups.obj || fail "subdivide: no groups"
+succeeds even.obj -- subdivide colors.obj --degree 2 --out even.obj
+grep -q 'even degrees .* without their groups' stdout || fail "subdivide: $(cat stdout)"
+grep -q '^g' even.obj && fail "subdivide: groups at degree 2"
+succeeds -- subdivide cube.obj --degree 2 --out even.obj
+[[ -s stdout ]] && fail "subdivide: a note without need: $(cat stdout)"
+{
+    printf '%s\n' "$vertices" 'usemtl red'
+    sed '3i usemtl blue' <<<"$faces"
+} >materials.obj
+succeeds materials_out.obj -- tessellate materials.obj --rate 2 --out materials_out.obj
+[[ $(grep '^usemtl\|^f' materials_out.obj | cut -d' ' -f1 | uniq -c | xargs) == \
+    "1 usemtl 8 f 1 usemtl 16 f" ]] || fail "tessellate: materials: $(cat materials_out.obj)"
+succeeds materials.glb -- tessellate materials.obj --rate 2 --out materials.glb
+grep -q '"name":"blue"' materials.glb || fail "tessellate: no materials in GLB"
+# One pixel, 32768 of 65535: a fifth of the diagonal, 2 sqrt(3), by half is 0.3464.
+base64 -d >half.png <<'END'
+iVBORw0KGgoAAAANSUhEUgAAAAEAAAABEAAAAABq7kcWAAAAC0lEQVR42mNoYAAAAQMAga3osnQAAAAASUVORK5CYII=
+END
+lowest() {
+    awk '$1 == "v" && $4 < z { z = $4 } END { print z }' "$1"
+}
+succeeds displaced.obj -- tessellate uv.obj --rate 2 --displace half.png --displace-scale 0.2 \
+    --out displaced.obj
+awk -v a="$(lowest uv_out.obj)" -v b="$(lowest displaced.obj)" \
+    'BEGIN { exit !(a - b > 0.3464 && a - b < 0.3465) }' ||
+    fail "--displace: from $(lowest uv_out.obj) to $(lowest displaced.obj)"
+succeeds displaced.obj -- tessellate uv.obj --error 1e-3 --displace half.png --out displaced.obj
+# Rates by length and by error: with half of the error about twice the facets, up to the bound.
+facets() {
+    grep -o '"facets": [0-9]*' rates.json | cut -d' ' -f2
+}
+succeeds rates.obj rates.json -- tessellate cube.obj --error 1e-3 --out rates.obj --json rates.json
+coarse=$(facets)
+succeeds -- tessellate cube.obj --error 2.5e-4 --out rates.obj --json rates.json
+((coarse > 6 && $(facets) > 2 * coarse)) || fail "--error: $coarse, then $(facets) facets"
+# The curve of an edge is about a third of the diagonal long: three segments.
+succeeds -- tessellate cube.obj --edge-length 0.14 --out rates.obj --json rates.json
+[[ $(facets) == 54 ]] || fail "--edge-length: $(facets) facets, not 6 x 3 x 3"
+succeeds -- tessellate uv.obj --error 1e-6 --max-rate 3 --out rates.obj --json rates.json
+[[ $(facets) == 54 ]] || fail "--max-rate: $(facets) facets, not 6 x 3 x 3"
+grep -q '12 of 12 edges have the greatest rate' stdout || fail "--max-rate: $(cat stdout)"
+grep -q '"edges_at_max_rate": 12' rates.json || fail "--max-rate: $(cat rates.json)"
 for patch in multisided catmark; do
     "$osdx" tessellate colors.ply --patch "$patch" --rate 2 --out colors.glb 2>stderr ||
         grep -q 'built without' stderr || fail "tessellate $patch: $(cat stderr)"
@@ -187,6 +229,16 @@ refuses 2 'degree' info cube.obj --degree 1
 refuses 2 'degree' info cube.obj --degree three
 refuses 2 'patch' tessellate cube.obj --patch round --out x.obj
 refuses 2 'patch' compare cube.obj --patch catmark
+for option in --error --edge-length; do
+    for value in 0 -1 nan inf x; do
+        refuses 2 "^$option: $value is no positive" tessellate cube.obj $option $value --out x.obj
+    done
+    refuses 2 "excludes $option" tessellate cube.obj $option 0.1 --rate 3 --out x.obj
+done
+refuses 2 'edge-length excludes --error' tessellate cube.obj --edge-length 0.1 --error 0.1 --out x.obj
+refuses 2 'max-rate' tessellate cube.obj --error 0.1 --max-rate 0 --out x.obj
+refuses 2 'displace-scale requires --displace' tessellate uv.obj --displace-scale 1 --out x.obj
+refuses 2 'displace-scale: inf' tessellate uv.obj --displace half.png --displace-scale inf --out x.obj
 refuses 2 'uv-rule' tessellate cube.obj --uv-rule some --out x.obj
 for command in info subdivide eval tessellate compare render; do
     refuses 2 'boundary' "$command" cube.obj --boundary round
@@ -280,6 +332,9 @@ refuses 1 '^osdx: net_bad.json: .*share no edge' patch net_bad.json --out x.json
 echo "{\"mesh\": 7, $samples}" >net_bad.json
 refuses 1 '^osdx: net_bad.json: ' patch net_bad.json --out x.json
 refuses 1 '^osdx: cube.obj: .*texture coordinates' render cube.obj --shade checker --out x.png
+refuses 1 '--displace: cube.obj has no texture' tessellate cube.obj --displace half.png --out x.obj
+refuses 1 '--displace: missing.png' tessellate uv.obj --displace missing.png --out x.obj
+refuses 1 '--displace: cube.obj: ' tessellate uv.obj --displace cube.obj --out x.obj
 refuses 1 'no colours to show' render cube.obj --shade color --out x.png
 refuses 1 'patch|built without' render cube.obj --patch catmark --shade patches --out x.png
 refuses 1 'x.step' tessellate cube.obj --out x.step

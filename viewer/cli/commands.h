@@ -35,7 +35,12 @@ struct CommandOptions {
     FeatureOptions features;
     int levels = 1;  ///< of subdivision
     int rate = 8;
-    int limit_isolation = 8;  ///< of OpenSubdiv's limit surface
+    std::optional<double> edge_length,
+        error;                       ///< instead; over the bounding-box diagonal
+    int max_rate = 64;               ///< where rates come from one of these
+    std::filesystem::path displace;  ///< a height map
+    double displace_scale = 0.02;    ///< of white; over the diagonal
+    int limit_isolation = 8;         ///< of OpenSubdiv's limit surface
     int width = 960, height = 720;
     std::optional<FaceVaryingRule> uv_rule;  ///< instead of the mesh's tag
     std::optional<double> range;

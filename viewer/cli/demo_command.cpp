@@ -94,7 +94,8 @@ Status show_cubic(CommandOptions options, ProgressBar& progress) {
         return job.error();
     progress.stage("writing the tessellation");
     const auto glb = options.out / "surface.glb";
-    if (const Status s = written(write_tessellation(glb, job->tessellate(kRate)), glb);
+    if (const Status s =
+            written(write_tessellation(glb, job->tessellate({.rate = kRate})), glb);
         !s)
         return s;
     progress.print(fmt::format("\nwrote {}\n", glb.string()));

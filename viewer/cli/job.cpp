@@ -31,14 +31,14 @@ SurfaceFunction Job::function(Chart chart) const {
                  : surface_function(surface, chart);
 }
 
-Tessellation Job::tessellate(int rate) const {
-    return limit ? osdx::tessellate(surface.base(), surface.features(), rate, function())
-                 : surface.tessellate(rate);
+Tessellation Job::tessellate(const TessellationRates& rates) const {
+    return limit ? osdx::tessellate(surface.base(), surface.features(), rates, function())
+                 : surface.tessellate(rates);
 }
 
 Result<Tessellation> Job::tessellate(int rate, Progress& progress) const {
     if (limit)
-        return tessellate(rate);
+        return tessellate({.rate = rate});
     return surface.tessellate(rate, progress);
 }
 

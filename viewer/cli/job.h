@@ -33,7 +33,7 @@ struct Job {
     /// Of the patch family that was asked for; the limit knows no chart but (u, v).
     SurfaceFunction function(Chart chart = Chart::BaseUV) const;
     /// Watertight; with the normals of Chart::Native.
-    Tessellation tessellate(int rate) const;
+    Tessellation tessellate(const TessellationRates& rates) const;
     Result<Tessellation> tessellate(int rate, Progress& progress) const;
     /// The mesh's channels at the points of that.
     Status add_channels(Tessellation& t, int limit_isolation) const;

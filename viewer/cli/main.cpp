@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <functional>
 #include <string>
@@ -98,8 +99,8 @@ struct Parser {
     void out(CLI::App* sub, const std::string& help) {
         sub->add_option("--out", options.out, help)->required()->take_last();
     }
-    void rate(CLI::App* sub, int least) {
-        sub->add_option("--rate", options.rate, "segments of each mesh edge")
+    CLI::Option* rate(CLI::App* sub, int least) {
+        return sub->add_option("--rate", options.rate, "segments of each mesh edge")
             ->check(CLI::Range(least, 1024))
             ->capture_default_str();
     }
@@ -146,7 +147,49 @@ void define(Parser& p) {
     p.mesh(tessellate);
     p.degree(tessellate);
     p.patch(tessellate, true);
-    p.rate(tessellate, 1);
+    CLI::Option* rate = p.rate(tessellate, 1);
+    const CLI::Validator positive(
+        [](const std::string& text) {
+            double x = 0;
+            return CLI::detail::lexical_cast(text, x) && x > 0 && std::isfinite(x)
+                       ? std::string()
+                       : text + " is no positive number";
+        },
+        "POSITIVE");
+    const auto measured = [&](const std::string& name, std::optional<double>& to,
+                              const std::string& help) {
+        return tessellate->add_option(name, to, help)->check(positive);
+    };
+    CLI::Option* length = measured("--edge-length", p.options.edge_length,
+                                   "segments of about this length, instead of --rate; "
+                                   "over the diagonal of the mesh's bounding box");
+    measured("--error", p.options.error,
+             "facets about so far from the surface, instead of --rate; over the diagonal "
+             "of the mesh's bounding box")
+        ->excludes(rate)
+        ->excludes(length);
+    length->excludes(rate);
+    tessellate
+        ->add_option("--max-rate", p.options.max_rate,
+                     "no edge has more segments by --edge-length or --error")
+        ->check(CLI::Range(1, 1024))
+        ->capture_default_str();
+    CLI::Option* displace = tessellate->add_option(
+        "--displace", p.options.displace,
+        "a PNG file of 8 or 16 bits: points move along their normals "
+        "by its grey at their texture coordinates; black stays");
+    tessellate
+        ->add_option("--displace-scale", p.options.displace_scale,
+                     "how far white moves, over the diagonal of the mesh's bounding box; "
+                     "below 0: inwards")
+        ->check([](const std::string& text) {
+            double x = 0;
+            return CLI::detail::lexical_cast(text, x) && std::isfinite(x)
+                       ? std::string()
+                       : text + " is no number";
+        })
+        ->needs(displace)
+        ->capture_default_str();
     p.uv_rule(tessellate);
     p.out(tessellate, "OBJ, PLY, STL or GLB");
 

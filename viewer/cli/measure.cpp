@@ -45,7 +45,7 @@ Result<Measures> measure(Job& job, const LimitSurface& limit, int rate,
     if (const Status s = job.surface.set_positions(job.mesh.positions); !s)
         return s.error();
     m.seconds_points = watch.lap();
-    (void)job.tessellate(rate);
+    (void)job.tessellate({.rate = rate});
     m.seconds_evaluate = watch.lap();
 
     progress.stage("measuring continuity");

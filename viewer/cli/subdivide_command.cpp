@@ -30,6 +30,13 @@ Status subdivide_command(const CommandOptions& options) {
                    : in_file(refined.error(), options.input);
     }
     const MeshData& mesh = refined->data;
+    if (options.patches.degree % 2 == 0 &&
+        !(data->groups.faces.empty() && data->objects.faces.empty() &&
+          data->materials.faces.empty() && data->face_uvs.empty())) {
+        progress.print(
+            "faces of even degrees are no parts of those before: without their groups, "
+            "objects, materials and texture coordinates\n");
+    }
     progress.stage("writing");
     if (const Status s = written(write_mesh(options.out, mesh), options.out); !s)
         return s;

@@ -1,15 +1,52 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include <osdx/displace.h>
 #include <osdx/files/tessellation_file.h>
+#include <osdx/tessellation_rates.h>
 #include <osdx/texture.h>
 #include <osdx/topology.h>
 
 #include "viewer/cli/commands.h"
 #include "viewer/cli/job.h"
 #include "viewer/cli/progress.h"
+#include "viewer/render/image.h"
 
 namespace osdx::cli {
+namespace {
+
+/// Of the edges and the insides of faces, as the options want them; empty for one rate.
+RateArrays measured_rates(const Job& job, const CommandOptions& options) {
+    const Surface& s = job.surface;
+    if (options.error) {
+        return rates_from_error(s.evaluator(), s.points(),
+                                *options.error * job.diagonal(), options.max_rate);
+    }
+    if (options.edge_length) {
+        return rates_from_length(s.evaluator(), s.points(),
+                                 *options.edge_length * job.diagonal(), options.max_rate);
+    }
+    return {};
+}
+
+/// Moves points by the heights of an image at their texture coordinates.
+Status displace_by_image(Tessellation& t, const Job& job, const TextureSurface& texture,
+                         const CommandOptions& options) {
+    const Result<render::HeightMap> map = render::read_heights(options.displace);
+    if (!map)
+        return fail(map.error().code, fmt::format("--displace: {}", map.error().message));
+    const double scale = options.displace_scale * job.diagonal();
+    displace(t, [&](const Address& at, const Vec3<double>&, const Vec3<double>&) {
+        return scale * map->at(texture.evaluate(at).p);
+    });
+    return ok();
+}
+
+}  // namespace
 
 Status tessellate_command(const CommandOptions& options) {
     ProgressBar progress;
@@ -19,7 +56,12 @@ Status tessellate_command(const CommandOptions& options) {
         return job.error();
     progress.stage("evaluating");
     Stopwatch watch;
-    Result<Tessellation> tessellated = job->tessellate(options.rate, *progress.work());
+    const RateArrays measured = measured_rates(*job, options);
+    const bool one_rate = measured.edges.empty();
+    const TessellationRates rates{options.rate, measured.edges, measured.faces};
+    Result<Tessellation> tessellated =
+        one_rate ? job->tessellate(options.rate, *progress.work())
+                 : Result<Tessellation>(job->tessellate(rates));
     if (!tessellated)
         return tessellated.error();
     Tessellation& t = *tessellated;
@@ -28,18 +70,41 @@ Status tessellate_command(const CommandOptions& options) {
         const Result<TextureSurface> texture = load_texture(*job, options);
         if (!texture)
             return texture.error();
-        texture->add_to(t, options.rate);
+        texture->add_to(t, job->surface.base(), rates);
+        if (!options.displace.empty()) {
+            if (const Status s = displace_by_image(t, *job, *texture, options); !s)
+                return s;
+        }
+    } else if (!options.displace.empty()) {
+        return fail(ErrorCode::NoTexcoords,
+                    fmt::format("--displace: {} has no texture coordinates",
+                                options.input.string()));
     }
     if (const Status s = job->add_channels(t, options.limit_isolation); !s)
         return in_file(s.error(), options.input);
     progress.stage("writing");
-    if (const Status s = written(write_tessellation(options.out, t), options.out); !s)
+    if (const Status s =
+            written(write_tessellation(options.out, t, &job->mesh), options.out);
+        !s)
         return s;
-    return write_report(
-        options, {{"mesh", mesh_report(job->surface.base())},
-                  {"points", t.positions.size()},
-                  {"facets", t.facet_sizes.size()},
-                  {"seconds", {{"build", job->seconds_build}, {"evaluate", seconds}}}});
+    Json report = {{"mesh", mesh_report(job->surface.base())},
+                   {"points", t.positions.size()},
+                   {"facets", t.facet_sizes.size()},
+                   {"seconds", {{"build", job->seconds_build}, {"evaluate", seconds}}}};
+    if (!one_rate) {
+        const auto n_greatest = std::ranges::count(measured.edges, options.max_rate);
+        report["rates"] = {
+            {"least", std::ranges::min(measured.edges)},
+            {"greatest", std::ranges::max(measured.edges)},
+            {"edges_at_max_rate", n_greatest},
+        };
+        if (n_greatest > 0) {
+            progress.print(
+                fmt::format("{} of {} edges have the greatest rate, --max-rate {}\n",
+                            n_greatest, measured.edges.size(), options.max_rate));
+        }
+    }
+    return write_report(options, report);
 }
 
 }  // namespace osdx::cli

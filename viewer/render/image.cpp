@@ -100,6 +100,59 @@ Status write_png(const std::filesystem::path& path, const Image& image) {
     });
 }
 
+double HeightMap::at(Vec2<double> uv) const noexcept {
+    struct Place {
+        int before, after;
+        double part;
+    };
+    const auto place = [](double x, int n) -> Place {
+        const double pixel = (x - std::floor(x)) * n - 0.5, low = std::floor(pixel);
+        // A texture coordinate that is not finite, or too large for a place, is at 0.
+        if (!(std::abs(x) < 1e15))
+            return {0, 0, 0};
+        const int i = static_cast<int>(low);  // -1 .. n - 1
+        return {(i + n) % n, (i + 1) % n, pixel - low};
+    };
+    const Place x = place(uv.x, width), y = place(1 - uv.y, height);
+    const auto value = [&](int i, int j) {
+        return double(values[static_cast<std::size_t>(j) * width + i]);
+    };
+    return std::lerp(
+        std::lerp(value(x.before, y.before), value(x.after, y.before), x.part),
+        std::lerp(value(x.before, y.after), value(x.after, y.after), x.part), y.part);
+}
+
+Result<HeightMap> read_heights(const std::filesystem::path& path) {
+    png_image png{};
+    png.version = PNG_IMAGE_VERSION;
+    const auto unreadable = [&] {
+        return fail(ErrorCode::FileUnreadable,
+                    fmt::format("{}: {}", path.string(), png.message));
+    };
+    if (!png_image_begin_read_from_file(&png, path.c_str()))
+        return unreadable();
+    // In the bits that the file has: another width would be bent by a curve.
+    const bool wide = (png.format & PNG_FORMAT_FLAG_LINEAR) != 0;
+    png.format = wide ? PNG_FORMAT_LINEAR_Y : PNG_FORMAT_GRAY;
+    HeightMap map{static_cast<int>(png.width), static_cast<int>(png.height), {}};
+    const std::size_t n = std::size_t{png.width} * png.height;
+    map.values.reserve(n);
+    if (wide) {
+        std::vector<std::uint16_t> pixels(n);
+        if (!png_image_finish_read(&png, nullptr, pixels.data(), 0, nullptr))
+            return unreadable();
+        for (const std::uint16_t x : pixels)
+            map.values.push_back(static_cast<float>(x) / 65535);
+    } else {
+        std::vector<std::uint8_t> pixels(n);
+        if (!png_image_finish_read(&png, nullptr, pixels.data(), 0, nullptr))
+            return unreadable();
+        for (const std::uint8_t x : pixels)
+            map.values.push_back(static_cast<float>(x) / 255);
+    }
+    return map;
+}
+
 void fill_box(Image& image, const Box& box, const Color& color, double opacity) {
     for_each_covered(image, box, [&](int x, int y, double area) {
         blend(image.at(x, y), color, opacity * area);

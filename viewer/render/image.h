@@ -35,6 +35,22 @@ struct Image {
 ///         left.
 Status write_png(const std::filesystem::path& path, const Image& image);
 
+/// A picture of one number a pixel, 0 to 1, row by row from the top. Shape: values width * height,
+/// not empty.
+struct HeightMap {
+    int width = 0, height = 0;
+    std::vector<float> values;
+
+    /// Bilinear between the centres of pixels; repeats beyond 0 .. 1.
+    /// \param uv  from the lower left corner
+    double at(Vec2<double> uv) const noexcept;
+};
+
+/// Reads the grey of a PNG file, of 8 or 16 bits, without any curve of its colour space: heights
+/// are no light. What is transparent is black.
+/// \return FileUnreadable
+Result<HeightMap> read_heights(const std::filesystem::path& path);
+
 /// A rectangle in pixels from the upper left corner of the image.
 struct Box {
     double x0 = 0, y0 = 0, x1 = 0, y1 = 0;

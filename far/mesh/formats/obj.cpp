@@ -18,6 +18,7 @@
 
 #include "far/mesh/formats/body.h"
 #include "far/mesh/formats/formats.h"
+#include "far/mesh/formats/obj_names.h"
 #include "far/mesh/formats/output.h"
 #include "far/mesh/formats/scan.h"
 
@@ -238,47 +239,6 @@ Status read_obj_vertex(Words words, Index line, MeshData& mesh) {
         mesh);
 }
 
-/// Whether the reader of OBJ takes `text` as one word.
-bool is_word(std::string_view text) {
-    return !text.empty() && text.front() != '#' && text.back() != '\\' &&
-           std::ranges::none_of(text, [](unsigned char c) { return std::isspace(c); });
-}
-
-/// Whether the reader of OBJ takes `text` for the name that it is.
-bool is_name(std::string_view text) {
-    while (true) {
-        const std::size_t end = text.find(' ');
-        if (!is_word(text.substr(0, end)))
-            return false;
-        if (end == text.npos)
-            return true;
-        text.remove_prefix(end + 1);
-    }
-}
-
-/// Starts a name where it changes from a face to the next.
-class WrittenNames {
-public:
-    WrittenNames(std::string_view keyword, const FaceNames& names)
-        : keyword_(keyword), names_(names) {}
-
-    void start_face(Output& out, std::size_t f) {
-        const Index now = names_.faces.empty() ? kInvalidIndex : names_.faces[f];
-        if (now == last_)
-            return;
-        last_ = now;
-        if (now == kInvalidIndex)
-            out.text("{}\n", keyword_);
-        else
-            out.text("{} {}\n", keyword_, names_.names[now]);
-    }
-
-private:
-    std::string_view keyword_;
-    const FaceNames& names_;
-    Index last_ = kInvalidIndex;
-};
-
 void write_tag(Output& out, const Tag& tag) {
     out.text("t {} {}/{}/{}", tag.name, tag.ints.size(), tag.floats.size(),
              tag.text.size());
@@ -339,23 +299,17 @@ Status check_obj(const MeshData& mesh) {
                         fmt::format("tag {} has a text that is not one word", i));
         }
     }
-    for (const auto* names : {&mesh.groups.names, &mesh.objects.names,
-                              &mesh.materials.names, &mesh.material_files}) {
-        const auto bad = std::ranges::find_if_not(*names, is_name);
-        if (bad != names->end()) {
-            return fail(
-                ErrorCode::WriteFailed,
-                fmt::format("the name '{}' is not of words with one space between",
-                            printable(*bad)));
-        }
+    if (const std::string* bad = bad_name(mesh)) {
+        return fail(ErrorCode::WriteFailed,
+                    fmt::format("the name '{}' is not of words with one space between",
+                                printable(*bad)));
     }
     return ok();
 }
 
 void write_obj(std::ostream& stream, const MeshData& mesh) {
     Output out(stream);
-    for (const std::string& file : mesh.material_files)
-        out.text("mtllib {}\n", file);
+    WrittenNames names(out, mesh);
     const NamedChannels* const color = find_channels(mesh.channels, kColorName);
     for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
         const Vec3<double>& p = mesh.positions[v];
@@ -366,14 +320,9 @@ void write_obj(std::ostream& stream, const MeshData& mesh) {
     }
     for (const Vec2<double>& uv : mesh.uvs)
         out.text("vt {} {}\n", uv.x, uv.y);
-    std::array<WrittenNames, 3> names{{WrittenNames("o", mesh.objects),
-                                       WrittenNames("g", mesh.groups),
-                                       WrittenNames("usemtl", mesh.materials)}};
     std::size_t corner = 0, f = 0;
     for_each_face(mesh, [&](std::span<const Index> face) {
-        for (WrittenNames& n : names)
-            n.start_face(out, f);
-        ++f;
+        names.start_face(f++);
         out.text("f");
         for (const Index v : face) {
             out.text(" {}", std::uint64_t{v} + 1);

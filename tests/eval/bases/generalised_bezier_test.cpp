@@ -163,13 +163,12 @@ const std::vector<DomainPoint> kPoints = {
 
 template <class F>
 void for_each_basis(F&& f) {
-    for (const int n : {3, 4, 5, 6, 8, 12}) {
-        for (const int d : test::thinned<int>({3, 4, 5, 6, 9})) {
-            for (const CentrePoint centre : {CentrePoint::Given, CentrePoint::None}) {
-                SCOPED_TRACE(testing::Message() << "n " << n << " d " << d);
-                f(GeneralisedBezierBasis(n, d, centre));
-            }
-        }
+    const std::vector<int> sides = {3, 4, 5, 6, 8, 12}, degrees = {3, 4, 5, 6, 9};
+    const std::vector<CentrePoint> centres = {CentrePoint::Given, CentrePoint::None};
+    for (const auto& [n, d, centre] :
+         test::thinned(test::combinations(sides, degrees, centres))) {
+        SCOPED_TRACE(testing::Message() << "n " << n << " d " << d);
+        f(GeneralisedBezierBasis(n, d, centre));
     }
 }
 

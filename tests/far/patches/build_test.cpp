@@ -70,6 +70,10 @@ std::vector<PatchTableOptions> all_options() {
     return all;
 }
 
+std::vector<std::tuple<test::NamedMesh, PatchTableOptions>> cases() {
+    return test::thinned(test::combinations(all_meshes(), all_options()));
+}
+
 Result<Surface> build_with(int n_threads, const MeshData& mesh,
                            const PatchTableOptions& options) {
     return test::with_threads(n_threads, [&] { return Surface::build(mesh, options); });
@@ -77,23 +81,22 @@ Result<Surface> build_with(int n_threads, const MeshData& mesh,
 
 TEST(Build, IsTheSameForAnyNumberOfThreads) {
     int n_built = 0;
-    for (const auto& [name, mesh] : all_meshes()) {
-        for (const PatchTableOptions& options : all_options()) {
-            SCOPED_TRACE(name + ", degree " + std::to_string(options.degree));
-            const Result<Surface> one = build_with(1, mesh, options);
-            for (const int n_threads : {2, 3}) {
-                const Result<Surface> more = build_with(n_threads, mesh, options);
-                ASSERT_EQ(one.has_value(), more.has_value());
-                if (!one) {
-                    ASSERT_EQ(one.error().message, more.error().message);
-                    continue;
-                }
-                ++n_built;
-                ASSERT_TRUE(one->patches() == more->patches());
-                ASSERT_TRUE(std::ranges::equal(one->points(), more->points()));
-                ASSERT_TRUE(
-                    std::ranges::equal(one->unused_vertices(), more->unused_vertices()));
+    for (const auto& [named, options] : cases()) {
+        const auto& [name, mesh] = named;
+        SCOPED_TRACE(name + ", degree " + std::to_string(options.degree));
+        const Result<Surface> one = build_with(1, mesh, options);
+        for (const int n_threads : {2, 3}) {
+            const Result<Surface> more = build_with(n_threads, mesh, options);
+            ASSERT_EQ(one.has_value(), more.has_value());
+            if (!one) {
+                ASSERT_EQ(one.error().message, more.error().message);
+                continue;
             }
+            ++n_built;
+            ASSERT_TRUE(one->patches() == more->patches());
+            ASSERT_TRUE(std::ranges::equal(one->points(), more->points()));
+            ASSERT_TRUE(
+                std::ranges::equal(one->unused_vertices(), more->unused_vertices()));
         }
     }
     EXPECT_GT(n_built, test::fewest(500));
@@ -145,26 +148,24 @@ void expect_refreshed_as_defined(const PatchTable& table, int n_channels) {
 }
 
 TEST(Update, IsThatOfTheRowsInOrder) {
-    for (const auto& [name, mesh] : all_meshes()) {
-        for (const PatchTableOptions& options : all_options()) {
-            const Result<Surface> surface = Surface::build(mesh, options);
-            if (!surface)
-                continue;
-            SCOPED_TRACE(name + ", degree " + std::to_string(options.degree));
-            const PatchTable& table = surface->patches();
-            ASSERT_EQ(table.row_groups().front(), 0u);
-            ASSERT_EQ(table.row_groups().back(), table.refined_points().n_rows());
-            for (std::size_t g = 0; g + 1 < table.row_groups().size(); ++g) {
-                const StencilTable& rows = table.refined_points();
-                const Index begin = table.row_groups()[g],
-                            end = table.row_groups()[g + 1];
-                for (std::size_t k = rows.offsets[begin]; k < rows.offsets[end]; ++k)
-                    ASSERT_LT(rows.indices[k], table.n_base_points() + begin);
-            }
-            for (const int n_channels : {1, 2, 3, 5}) {
-                expect_refreshed_as_defined<float>(table, n_channels);
-                expect_refreshed_as_defined<double>(table, n_channels);
-            }
+    for (const auto& [named, options] : cases()) {
+        const auto& [name, mesh] = named;
+        const Result<Surface> surface = Surface::build(mesh, options);
+        if (!surface)
+            continue;
+        SCOPED_TRACE(name + ", degree " + std::to_string(options.degree));
+        const PatchTable& table = surface->patches();
+        ASSERT_EQ(table.row_groups().front(), 0u);
+        ASSERT_EQ(table.row_groups().back(), table.refined_points().n_rows());
+        for (std::size_t g = 0; g + 1 < table.row_groups().size(); ++g) {
+            const StencilTable& rows = table.refined_points();
+            const Index begin = table.row_groups()[g], end = table.row_groups()[g + 1];
+            for (std::size_t k = rows.offsets[begin]; k < rows.offsets[end]; ++k)
+                ASSERT_LT(rows.indices[k], table.n_base_points() + begin);
+        }
+        for (const int n_channels : {1, 2, 3, 5}) {
+            expect_refreshed_as_defined<float>(table, n_channels);
+            expect_refreshed_as_defined<double>(table, n_channels);
         }
     }
 }
@@ -205,31 +206,30 @@ Change change_of(const PatchTable& table, const std::vector<Index>& vertices) {
 
 TEST(Move, IsAsIfAllWereSet) {
     std::mt19937 random(5);
-    for (const auto& [name, mesh] : all_meshes()) {
-        for (const PatchTableOptions& options : all_options()) {
-            Result<Surface> moved = Surface::build(mesh, options);
-            if (!moved)
-                continue;
-            SCOPED_TRACE(name + ", degree " + std::to_string(options.degree));
-            Result<Surface> set = Surface::build(mesh, options);
-            std::vector<Point> positions = mesh.positions;
-            for (const int n : {1, 3}) {
-                std::vector<Index> vertices;
-                std::vector<Point> there;
-                for (int i = 0; i < n; ++i) {
-                    vertices.push_back(static_cast<Index>(random() % positions.size()));
-                    positions[vertices.back()] += Point(0.1, 0.02 * i, -0.3);
-                    there.push_back(positions[vertices.back()]);
-                }
-                const Result<Change> change = moved->move_vertices(vertices, there);
-                ASSERT_TRUE(change) << change.error().message;
-                ASSERT_TRUE(set->set_positions(positions));
-                ASSERT_TRUE(std::ranges::equal(moved->points(), set->points()));
-                const Change expected = change_of(moved->patches(), vertices);
-                EXPECT_EQ(change->points, expected.points);
-                EXPECT_EQ(change->patches, expected.patches);
-                EXPECT_EQ(change->faces, expected.faces);
+    for (const auto& [named, options] : cases()) {
+        const auto& [name, mesh] = named;
+        Result<Surface> moved = Surface::build(mesh, options);
+        if (!moved)
+            continue;
+        SCOPED_TRACE(name + ", degree " + std::to_string(options.degree));
+        Result<Surface> set = Surface::build(mesh, options);
+        std::vector<Point> positions = mesh.positions;
+        for (const int n : {1, 3}) {
+            std::vector<Index> vertices;
+            std::vector<Point> there;
+            for (int i = 0; i < n; ++i) {
+                vertices.push_back(static_cast<Index>(random() % positions.size()));
+                positions[vertices.back()] += Point(0.1, 0.02 * i, -0.3);
+                there.push_back(positions[vertices.back()]);
             }
+            const Result<Change> change = moved->move_vertices(vertices, there);
+            ASSERT_TRUE(change) << change.error().message;
+            ASSERT_TRUE(set->set_positions(positions));
+            ASSERT_TRUE(std::ranges::equal(moved->points(), set->points()));
+            const Change expected = change_of(moved->patches(), vertices);
+            EXPECT_EQ(change->points, expected.points);
+            EXPECT_EQ(change->patches, expected.patches);
+            EXPECT_EQ(change->faces, expected.faces);
         }
     }
 }

@@ -323,7 +323,7 @@ TEST(Continuity, IsOfOrderDMinusOneInTheSplineParameters) {
             }
         }
     }
-    for (int d = 3; d <= 7; ++d) {
+    for (const int d : test::thinned<int>({5, 3, 6, 7, 4})) {
         SCOPED_TRACE("pole near small patches d" + std::to_string(d));
         const auto counts =
             expect_order_d_minus_one(build(pole_near_small_patches(d), d), 200);
@@ -503,21 +503,24 @@ TEST(ContinuityAtBorders, IsOfOrderDMinusOneInTheSplineParameters) {
     const std::size_t n_infinite = meshes.size();
     for (auto& mesh : semi_sharp_meshes())
         meshes.push_back(std::move(mesh));
-    int n_meshes = 0, n_differ = 0;
+    std::vector<std::pair<std::size_t, int>> cases;
     for (std::size_t i = 0; i < meshes.size(); ++i) {
-        const auto& [name, mesh] = meshes[i];
         for (int d = 2; d <= 7; ++d) {
-            if (i >= n_infinite && (i + std::size_t(d)) % 9 != 0)
-                continue;  // for the time that it takes
-            SCOPED_TRACE(name + " d" + std::to_string(d));
-            // Derivatives of an n-gon of 64 sides keep a digit less, and so do those of
-            // order 6 of the blends of seventh powers in a border's correction.
-            const double tolerance =
-                name.starts_with("pole 64") || d == 7 ? 1e-11 : 1e-12;
-            const auto counts = expect_order_d_minus_one(build(mesh, d), 16, tolerance);
-            n_meshes += d <= kOrder;
-            n_differ += d <= kOrder && counts.order_d > 1e-3;
+            // Not all, for the time that it takes.
+            if (i < n_infinite || (i + std::size_t(d)) % 9 == 0)
+                cases.emplace_back(i, d);
         }
+    }
+    int n_meshes = 0, n_differ = 0;
+    for (const auto& [i, d] : test::thinned(cases)) {
+        const auto& [name, mesh] = meshes[i];
+        SCOPED_TRACE(name + " d" + std::to_string(d));
+        // Derivatives of an n-gon of 64 sides keep a digit less, and so do those of
+        // order 6 of the blends of seventh powers in a border's correction.
+        const double tolerance = name.starts_with("pole 64") || d == 7 ? 1e-11 : 1e-12;
+        const auto counts = expect_order_d_minus_one(build(mesh, d), 16, tolerance);
+        n_meshes += d <= kOrder;
+        n_differ += d <= kOrder && counts.order_d > 1e-3;
     }
     // Where the next order does not differ all patches are pieces of one surface.
     EXPECT_GT(n_differ, 0.9 * n_meshes);

@@ -519,6 +519,123 @@ TEST_F(Export, PlyHoldsColoursOfBytesAsBytes) {
               std::string::npos);
 }
 
+/// sRGB to linear light, as IEC 61966-2-1 has it.
+double linear(double c) {
+    const double x = std::clamp(c, 0.0, 1.0);
+    return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
+}
+
+// Values of the standard's table: bytes 188, 128, 10 are a half, a fifth, three thousandths.
+TEST_F(Export, GlbHoldsColoursInLinearLight) {
+    Tessellation t = house();
+    t.channels = {{"color", 4, {}}};
+    for (int i = 0; i < 5; ++i) {
+        for (const double byte : {188, 128, 10, 128})
+            t.channels[0].values.push_back(byte / 255);
+    }
+    ASSERT_TRUE(write_tessellation(folder_ / "house.glb", t));
+    const Glb glb = read_glb(folder_ / "house.glb");
+    const auto& attributes = glb.json["meshes"][0]["primitives"][0]["attributes"];
+    std::string_view bytes = glb.data(attributes["COLOR_0"].get<std::size_t>());
+    // The expected ones have six digits.
+    EXPECT_NEAR(take<float>(bytes), 0.502886, 1e-6);
+    EXPECT_NEAR(take<float>(bytes), 0.215861, 1e-6);
+    EXPECT_NEAR(take<float>(bytes), 0.003035, 1e-6);
+    EXPECT_EQ(take<float>(bytes), float(128 / 255.));  // alpha is no light
+}
+
+/// Ten faces, of which 7 and 9 have names; what they are made of does not matter.
+MeshData named_base() {
+    MeshData mesh;
+    mesh.face_sizes.assign(10, 3);
+    mesh.face_vertices.assign(30, 0);
+    const Index none = kInvalidIndex;
+    mesh.groups = {{"wall", "roof of tiles"}, {0, 0, 0, 0, 0, 0, 0, 0, 0, 1}};
+    mesh.objects = {{"house"}, {none, none, none, none, none, none, none, 0, 0, none}};
+    mesh.materials = {{"unused", "slate\xff gr\xc3\xbc\xc3\x9f"},
+                      {none, none, none, none, none, none, none, none, none, 1}};
+    mesh.material_files = {"house.mtl"};
+    return mesh;
+}
+
+TEST_F(Export, ObjNamesWhatFacetsLieIn) {
+    const MeshData base = named_base();
+    ASSERT_TRUE(write_tessellation(folder_ / "house.obj", house(), &base));
+    const auto mesh = read_mesh(folder_ / "house.obj");
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    EXPECT_EQ(mesh->groups.names, base.groups.names);
+    EXPECT_EQ(mesh->groups.faces, (std::vector<Index>{0, 1}));
+    EXPECT_EQ(mesh->objects.names, base.objects.names);
+    EXPECT_EQ(mesh->objects.faces, (std::vector<Index>{0, kInvalidIndex}));
+    EXPECT_EQ(mesh->materials.names, std::vector(1, base.materials.names[1]));
+    EXPECT_EQ(mesh->materials.faces, (std::vector<Index>{kInvalidIndex, 0}));
+    EXPECT_EQ(mesh->material_files, base.material_files);
+    // As it is without them, but for these lines.
+    std::istringstream lines(content(folder_ / "house.obj"));
+    std::string rest;
+    for (std::string line; std::getline(lines, line);) {
+        if (line[0] != 'g' && line[0] != 'o' && line[0] != 'u' && line[0] != 'm')
+            rest += line + "\n";
+    }
+    EXPECT_EQ(rest, *format_tessellation(house(), ".obj"));
+}
+
+TEST_F(Export, GlbHasAPrimitiveOfEachMaterial) {
+    MeshData base = named_base();
+    ASSERT_TRUE(write_tessellation(folder_ / "house.glb", house(), &base));
+    const Glb glb = read_glb(folder_ / "house.glb");
+    const nlohmann::json &materials = glb.json["materials"],
+                         &primitives = glb.json["meshes"][0]["primitives"];
+    ASSERT_EQ(primitives.size(), 2u);
+    ASSERT_EQ(materials.size(), 2u);
+    EXPECT_FALSE(materials[0].contains("name"));
+    EXPECT_EQ(materials[1]["name"], "slate? gr\xc3\xbc\xc3\x9f");
+    const std::vector<std::vector<Index>> expected = {{0, 1, 2, 0, 2, 3}, {3, 2, 4}};
+    for (std::size_t i = 0; i < 2; ++i) {
+        EXPECT_EQ(primitives[i]["material"], i);
+        EXPECT_EQ(primitives[i]["attributes"], primitives[0]["attributes"]);
+        std::string_view bytes = glb.data(primitives[i]["indices"].get<std::size_t>());
+        for (const Index v : expected[i])
+            EXPECT_EQ(take<Index>(bytes), v);
+        EXPECT_TRUE(bytes.empty());
+    }
+    // One material of all, whatever it is called.
+    base.materials.faces.assign(10, 0);
+    const char* const strange[] = {"\xc0\x80", "\xed\xa0\x80", "\xf4\x90\x80\x80",
+                                   "\xe2\x82", "\xf0\x9f\x8f\xa0"};
+    for (const std::string name : strange) {
+        base.materials.names = {name};
+        ASSERT_TRUE(write_tessellation(folder_ / "house.glb", house(), &base));
+        const auto json = read_glb(folder_ / "house.glb").json;
+        ASSERT_EQ(json["materials"].size(), 1u);
+        EXPECT_EQ(json["meshes"][0]["primitives"].size(), 1u);
+        const std::string valid =
+            name[0] == '\xf0' ? name : std::string(name.size(), '?');
+        EXPECT_EQ(json["materials"][0]["name"], valid);
+    }
+}
+
+TEST_F(Export, RefusesNamesAgainstTheirShapes) {
+    const auto refuse = [&](ErrorCode code, std::initializer_list<const char*> extensions,
+                            const auto& break_it) {
+        MeshData base = named_base();
+        break_it(base);
+        for (const std::string extension : extensions) {
+            expect_error(
+                write_tessellation(folder_ / ("house" + extension), house(), &base),
+                code);
+        }
+    };
+    const auto all = {".obj", ".ply", ".stl", ".glb"};
+    using enum ErrorCode;
+    refuse(IndexOutOfRange, all, [](MeshData& m) { m.face_sizes.resize(9); });
+    refuse(SizeMismatch, all, [](MeshData& m) { m.groups.faces.pop_back(); });
+    refuse(IndexOutOfRange, all, [](MeshData& m) { m.materials.faces[2] = 2; });
+    refuse(WriteFailed, {".obj"}, [](MeshData& m) { m.groups.names[0] = "two  spaces"; });
+    refuse(WriteFailed, {".obj"}, [](MeshData& m) { m.material_files[0] = "a\nb"; });
+    EXPECT_EQ(n_files(), 0);
+}
+
 TEST_F(Export, GlbHoldsChannelsAsAttributes) {
     const Tessellation t = house_with_channels();
     ASSERT_TRUE(write_tessellation(folder_ / "house.glb", t));
@@ -541,7 +658,7 @@ TEST_F(Export, GlbHoldsChannelsAsAttributes) {
             for (int k = first; k < first + n; ++k) {
                 const double x = c.view()[p][k];
                 EXPECT_EQ(take<float>(bytes),
-                          static_cast<float>(name == "COLOR_0" ? std::min(x, 1.0) : x));
+                          static_cast<float>(name == "COLOR_0" ? linear(x) : x));
             }
         }
     };
@@ -764,10 +881,11 @@ TEST_F(Export, ColoursGoAllTheWay) {
         ASSERT_EQ(colors.size(), points.size());
         ASSERT_EQ(colors.size(), 12 * t.positions.size());
         for (std::size_t i = 0; i < t.positions.size(); ++i) {
-            // Rounded to float twice, and summed by other kernels in double.
+            // Rounded to float twice, and summed by other kernels in double; the curve is
+            // up to 2.3 steep.
             const Vec3<float> color = take_vector(colors), point = take_vector(points);
             for (int k = 0; k < 3; ++k)
-                ASSERT_NEAR(color[k], point[k], 1e-7);
+                ASSERT_NEAR(color[k], linear(point[k]), 2.3e-7);
         }
     }
 }

@@ -831,6 +831,59 @@ Image random_image(int width, int height) {
     return image;
 }
 
+// Of 8 and 16 bits as they are in the file, whatever curve a reader of colours would take.
+TEST_F(ImageFile, HeightsAreTheNumbersOfTheFile) {
+    const fs::path path = folder_ / "heights.png";
+    png_image png{};
+    png.version = PNG_IMAGE_VERSION;
+    png.width = 3;
+    png.height = 2;
+    const std::uint8_t bytes[] = {0, 51, 255, 102, 13, 204};
+    png.format = PNG_FORMAT_GRAY;
+    ASSERT_TRUE(png_image_write_to_file(&png, path.c_str(), 0, bytes, 0, nullptr));
+    const auto narrow = render::read_heights(path);
+    ASSERT_TRUE(narrow) << narrow.error().message;
+    const std::uint16_t words[] = {0, 1, 65535, 30000, 777, 4096};
+    png.format = PNG_FORMAT_LINEAR_Y;
+    ASSERT_TRUE(png_image_write_to_file(&png, path.c_str(), 0, words, 0, nullptr));
+    const auto wide = render::read_heights(path);
+    ASSERT_TRUE(wide) << wide.error().message;
+    ASSERT_EQ(narrow->values.size(), 6u);
+    ASSERT_EQ(wide->values.size(), 6u);
+    for (std::size_t i = 0; i < 6; ++i) {
+        EXPECT_EQ(narrow->values[i], float(bytes[i]) / 255);
+        EXPECT_EQ(wide->values[i], float(words[i]) / 65535);
+    }
+    // Grey pixels of colours are the same.
+    Image image{2, 1, {Color(51), Color(200)}};
+    ASSERT_TRUE(write_png(path, image));
+    const auto grey = render::read_heights(path);
+    ASSERT_TRUE(grey);
+    EXPECT_EQ(grey->values, (std::vector<float>{51 / 255.f, 200 / 255.f}));
+    EXPECT_FALSE(render::read_heights(folder_ / "missing.png"));
+    EXPECT_FALSE(render::read_heights(folder_));
+}
+
+TEST(HeightMap, IsBilinearBetweenPixelsAndRepeats) {
+    const render::HeightMap map{3, 2, {0, 0.2f, 1, 0.4f, 0.05f, 0.8f}};
+    // The centres of pixels, the first row above.
+    for (int j = 0; j < 2; ++j) {
+        for (int i = 0; i < 3; ++i) {
+            const Vec2<double> uv((i + 0.5) / 3, 1 - (j + 0.5) / 2);
+            // Rounding of the place by some ulps, times a step below 1 a pixel.
+            EXPECT_NEAR(map.at(uv), map.values[std::size_t(3 * j + i)], 1e-14);
+            EXPECT_NEAR(map.at(uv + Vec2<double>(-2, 5)),
+                        map.values[std::size_t(3 * j + i)], 1e-14);
+        }
+    }
+    // Between four, and over both ends.
+    EXPECT_NEAR(map.at({1.0 / 3, 0.5}), (0 + 0.2f + 0.4f + 0.05f) / 4, 1e-7);
+    EXPECT_NEAR(map.at({0, 0}), (0 + 1 + 0.4f + 0.8f) / 4, 1e-7);
+    EXPECT_NEAR(map.at({1, 1}), map.at({0, 0}), 1e-14);
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_TRUE(std::isfinite(map.at({nan, 1e300})));
+}
+
 TEST_F(ImageFile, PngReadsBackEqual) {
     for (const auto& [width, height] : {std::pair(37, 23), {1, 1}, {1, 400}}) {
         const Image image = random_image(width, height);
