@@ -66,7 +66,9 @@ class FaceOrder {
 public:
     explicit FaceOrder(Index n_faces)
         : last_face_(n_faces - 1),
-          shift_(static_cast<int>(std::bit_width(last_face_ / kMostGroups))),
+          shift_(n_faces <= kFewFaces
+                     ? 0
+                     : static_cast<int>(std::bit_width(last_face_ / kMostGroups))),
           n_groups_((last_face_ >> shift_) + 1) {}
 
     /// Calls f(addresses) for each group.
@@ -82,6 +84,8 @@ public:
                 out.u = chunk[i].u;
                 out.v = chunk[i].v;
             });
+        if (shift_ == 0)
+            return f(groups_.all());
         for (Index g = 0; g < n_groups_; ++g) {
             const auto group = groups_.of_key(g);
             if (group.empty())
@@ -100,7 +104,7 @@ public:
     }
 
 private:
-    static constexpr Index kMostGroups = 128;
+    static constexpr Index kFewFaces = 4096, kMostGroups = 128;
 
     Index last_face_;
     int shift_;  // 2^shift_ faces are a group
@@ -127,7 +131,7 @@ AddressReport evaluate_addresses(const Evaluator& evaluator, std::span<const T> 
     // A chunk with its results may stay in the last cache; some for each thread, no more than
     // that, so that patches have many addresses. Results do not depend on what is evaluated
     // at once.
-    constexpr std::size_t kLeast = std::size_t(1) << 12, kMost = std::size_t(1) << 19;
+    constexpr std::size_t kLeast = std::size_t(1) << 12, kMost = std::size_t(1) << 18;
     const std::size_t n_threads = detail::n_threads();
     const std::size_t chunk = std::clamp(
         where.size() / (n_threads == 1 ? 1 : 2 * n_threads) + 1, kLeast, kMost);

@@ -6,6 +6,7 @@
 // The templates of eval/bases/ribbon.h, which includes this file.
 
 #include <algorithm>
+#include <array>
 
 #include "eval/bases/bspline.h"
 #include "eval/bases/ribbon.h"
@@ -162,16 +163,22 @@ Jet<T, Order> RibbonBasis::triangle_weights(const Triangle<Order, T>& at,
     return f0 + f * alpha;
 }
 
+template <int Order, class T, class Sink>
+void RibbonBasis::curve_weights(int axis, const Jet<T, Order>& scale,
+                                const Jet<T, Order>& tau, Sink&& sink) const noexcept {
+    const Index* offsets = term_offsets_.data() + n_ * columns_ * d_ + axis * columns_;
+    border_.curve(tau, [&](int j, const Jet<T, Order>& w) {
+        const Jet<T, Order> c = w * scale;
+        for (Index t = offsets[j]; t < offsets[j + 1]; ++t)
+            sink(terms_[t].point, terms_[t].weight * c);
+    });
+}
+
 template <int Order, class T, class Weights, class Sink>
 void RibbonBasis::correct(int axis, const Jet<T, Order>& scale, const Jet<T, Order>& tau,
                           Weights&& weights, Sink&& sink) const noexcept {
     using J = Jet<T, Order>;
-    const Index* offsets = term_offsets_.data() + n_ * columns_ * d_ + axis * columns_;
-    border_.curve(tau, [&](int j, const J& w) {
-        const J c = w * scale;
-        for (Index t = offsets[j]; t < offsets[j + 1]; ++t)
-            sink(terms_[t].point, terms_[t].weight * c);
-    });
+    curve_weights<Order, T>(axis, scale, tau, sink);
     const J f = weights([](Index, const J&) {});
     const J minus = -1.0 * scale / f;
     weights([&](Index i, const J& v) { sink(i, minus * v); });
@@ -189,13 +196,21 @@ Jet<T, Order> RibbonBasis::single_sector_weights(const DomainPointOf<T>& p, Char
                                  0.5 * at.first, one, one, f, sink);
         return f;
     }
-    const J f = triangle_weights(at, sink);
+    // Points have contributions from many ribbon points, which are mirror images: added up first.
+    constexpr int kMostPoints = kMaxDegree * (kMaxDegree + 2) + 1;
+    std::array<J, kMostPoints> own, at_foot;  // zeros
+    const J f = triangle_weights(at, [&](Index i, const J& w) { own[i] += w; });
     const J border = at.first + at.last;
     const Triangle<Order, T> foot(at.first / border, at.last / border);
-    correct<Order, T>(
-        0, f * power(border, d_) * border,
-        border_.parameter(0.5 * foot.last, 0.5 * foot.first),
-        [&](auto&& s) { return triangle_weights(foot, s); }, sink);
+    const J f_foot =
+        triangle_weights(foot, [&](Index i, const J& w) { at_foot[i] += w; });
+    const J scale = f * power(border, d_) * border;
+    curve_weights<Order, T>(0, scale,
+                            border_.parameter(0.5 * foot.last, 0.5 * foot.first),
+                            [&](Index i, const J& w) { own[i] += w; });
+    const J minus = -1.0 * scale / f_foot;
+    for (Index i = 0; i < static_cast<Index>(class_.n_points()); ++i)
+        sink(i, own[i] + minus * at_foot[i]);
     return f;
 }
 

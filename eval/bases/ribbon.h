@@ -101,6 +101,10 @@ private:
     template <int Order, class T, class Sink>
     Jet<T, Order> triangle_weights(const Triangle<Order, T>& at,
                                    Sink&& sink) const noexcept;
+    /// scale C(tau) on an axis.
+    template <int Order, class T, class Sink>
+    void curve_weights(int axis, const Jet<T, Order>& scale, const Jet<T, Order>& tau,
+                       Sink&& sink) const noexcept;
     /// scale (C(tau) - S) on an axis, for the S that `weights` gives.
     template <int Order, class T, class Weights, class Sink>
     void correct(int axis, const Jet<T, Order>& scale, const Jet<T, Order>& tau,

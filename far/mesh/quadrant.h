@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include <utility>
+#include <algorithm>
 
 #include <osdx/types.h>
 
@@ -24,11 +24,11 @@ struct Quadrant {
     /// A point in the quadrant's frame: its corner at (0, 0), x along the side that leaves it, unit
     /// side. Differences are exact, so that the cells' edges fit together exactly.
     Vec2<double> point(Vec2<double> p) const noexcept {
-        return turned(2.0 * Vec2<double>(right ? 1 - p.x : p.x, upper ? 1 - p.y : p.y));
+        return turned(2 * std::min(p.x, 1 - p.x), 2 * std::min(p.y, 1 - p.y));
     }
     /// A direction, likewise.
     Vec2<double> direction(Vec2<double> d) const noexcept {
-        return turned({right ? -d.x : d.x, upper ? -d.y : d.y});
+        return turned(right ? -d.x : d.x, upper ? -d.y : d.y);
     }
 
     /// What is above belongs to the upper half.
@@ -38,8 +38,10 @@ struct Quadrant {
     }
 
 private:
-    Vec2<double> turned(Vec2<double> p) const noexcept {
-        return right != upper ? Vec2<double>(p.y, p.x) : p;
+    Vec2<double> turned(double x, double y) const noexcept {
+        const double p[] = {x, y};
+        const bool odd = right != upper;
+        return {p[odd], p[!odd]};
     }
 };
 
