@@ -131,7 +131,7 @@ AddressReport evaluate_addresses(const Evaluator& evaluator, std::span<const T> 
     // A chunk with its results may stay in the last cache; some for each thread, no more than
     // that, so that patches have many addresses. Results do not depend on what is evaluated
     // at once.
-    constexpr std::size_t kLeast = std::size_t(1) << 12, kMost = std::size_t(1) << 18;
+    constexpr std::size_t kLeast = std::size_t(1) << 12, kMost = std::size_t(1) << 20;
     const std::size_t n_threads = detail::n_threads();
     const std::size_t chunk = std::clamp(
         where.size() / (n_threads == 1 ? 1 : 2 * n_threads) + 1, kLeast, kMost);

@@ -70,7 +70,7 @@ Status tessellate_command(const CommandOptions& options) {
         const Result<TextureSurface> texture = load_texture(*job, options);
         if (!texture)
             return texture.error();
-        texture->add_to(t, job->surface.base(), rates);
+        texture->add_to(t, rates);
         if (!options.displace.empty()) {
             if (const Status s = displace_by_image(t, *job, *texture, options); !s)
                 return s;
