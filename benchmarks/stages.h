@@ -20,7 +20,8 @@ inline constexpr Index kLargestForPeers = 500'000;
 
 /// evaluate_grid_cached, evaluate_grid_buffer, evaluate_grid_ev5, evaluate_grid_gregory
 void evaluate_grid_stage(Suite& suite, std::span<const BenchMesh> meshes);
-/// evaluate_point_regular, evaluate_point_ev5, evaluate_point_gregory, and evaluate_many_ ..
+/// evaluate_point_regular, evaluate_point_ev5, evaluate_point_gregory, and evaluate_many_ ..;
+/// evaluate_scattered
 void evaluate_points_stage(Suite& suite, std::span<const BenchMesh> meshes);
 void build_stage(Suite& suite, std::span<const BenchMesh> meshes);
 /// update, update_local

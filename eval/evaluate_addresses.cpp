@@ -29,87 +29,53 @@ struct NumberedAddress {
     double u, v;
 };
 
-/// Addresses in the order of keys below n_keys.
-class CountingSort {
+/// Puts addresses in the order of keys.
+/// \param each  calls what it is given with each address, the same twice
+/// \param key  of an address, below ends.size()
+/// \param ends  becomes where those of each key end in `sorted`
+template <class Each, class Key>
+void counting_sort(Each&& each, Key&& key, std::span<Index> ends,
+                   NumberedAddress* sorted) {
+    std::ranges::fill(ends, Index(0));
+    each([&](const NumberedAddress& at) { ++ends[key(at)]; });
+    Index sum = 0;
+    for (Index& e : ends)
+        sum += std::exchange(e, sum);
+    each([&](const NumberedAddress& at) { sorted[ends[key(at)]++] = at; });
+}
+
+/// Groups of addresses on neighbouring faces; where there are few faces, on slices of one. Enough
+/// for threads to share, and so few that what is written stays in the nearer caches.
+class FaceGroups {
 public:
-    /// \param key  key(i) of address i
-    /// \param address  address(i, out): puts address i
-    template <class Key, class NumberedAt>
-    void sort(std::size_t n, std::size_t n_keys, Key&& key, NumberedAt&& address) {
-        ends_.assign(n_keys, 0);
-        for (std::size_t i = 0; i < n; ++i)
-            ++ends_[key(i)];
-        Index sum = 0;
-        for (Index& e : ends_)
-            sum += std::exchange(e, sum);
-        sorted_.resize(std::max(n, sorted_.size()));
-        for (std::size_t i = 0; i < n; ++i)
-            address(i, sorted_[ends_[key(i)]++]);
-    }
-
-    std::span<const NumberedAddress> of_key(std::size_t k) const {
-        const Index begin = k > 0 ? ends_[k - 1] : 0;
-        return std::span(sorted_).subspan(begin, ends_[k] - begin);
-    }
-    std::span<const NumberedAddress> all() const {
-        return std::span(sorted_).first(ends_.back());
-    }
-
-private:
-    std::vector<Index> ends_;
-    std::vector<NumberedAddress> sorted_;
-};
-
-/// The addresses of a chunk in the order of their faces, roughly where there are very many: by
-/// groups of faces first, so that a group and what is written stay in the nearer caches.
-class FaceOrder {
-public:
-    explicit FaceOrder(Index n_faces)
+    /// \pre n_faces > 0
+    explicit FaceGroups(Index n_faces)
         : last_face_(n_faces - 1),
-          shift_(n_faces <= kFewFaces
-                     ? 0
-                     : static_cast<int>(std::bit_width(last_face_ / kMostGroups))),
-          n_groups_((last_face_ >> shift_) + 1) {}
+          shift_(static_cast<int>(std::bit_width(last_face_ / kMost))),
+          n_slices_(n_faces < kMost ? kMost / n_faces : 1) {}
 
-    /// Calls f(addresses) for each group.
-    template <class F>
-    void for_each_group(std::span<const Address> chunk, F&& f) {
-        const auto face = [&](const auto& at) { return std::min(at.face, last_face_); };
-        groups_.sort(
-            chunk.size(), n_groups_,
-            [&](std::size_t i) { return face(chunk[i]) >> shift_; },
-            [&](std::size_t i, NumberedAddress& out) {
-                out.face = chunk[i].face;
-                out.number = static_cast<Index>(i);
-                out.u = chunk[i].u;
-                out.v = chunk[i].v;
-            });
-        if (shift_ == 0)
-            return f(groups_.all());
-        for (Index g = 0; g < n_groups_; ++g) {
-            const auto group = groups_.of_key(g);
-            if (group.empty())
-                continue;
-            // No more keys than a few for each address.
-            int rough = 0;
-            while ((std::size_t(1) << (shift_ - rough)) > 8 * group.size())
-                ++rough;
-            const Index in_group = (Index(1) << shift_) - 1;
-            faces_.sort(
-                group.size(), std::size_t(1) << (shift_ - rough),
-                [&](std::size_t i) { return (face(group[i]) & in_group) >> rough; },
-                [&](std::size_t i, NumberedAddress& out) { out = group[i]; });
-            f(faces_.all());
-        }
+    Index n_groups() const { return ((last_face_ >> shift_) + 1) * n_slices_; }
+    /// \param at  anything
+    Index group(const NumberedAddress& at) const {
+        const Index g = face(at) >> shift_;
+        return n_slices_ == 1 ? g : g * n_slices_ + slice(at.u);
+    }
+    Index n_faces() const { return Index(1) << shift_; }  ///< of a group
+    Index face_in_group(const NumberedAddress& at) const {
+        return face(at) & (n_faces() - 1);
     }
 
 private:
-    static constexpr Index kFewFaces = 4096, kMostGroups = 128;
+    static constexpr Index kMost = 128;
+
+    Index face(const NumberedAddress& at) const { return std::min(at.face, last_face_); }
+    Index slice(double u) const {
+        return u > 0 ? static_cast<Index>(std::min(u, 0.999) * n_slices_) : 0;
+    }
 
     Index last_face_;
-    int shift_;  // 2^shift_ faces are a group
-    Index n_groups_;
-    CountingSort groups_, faces_;
+    int shift_;
+    Index n_slices_;
 };
 
 /// Asks in time for what is read or written next and may lie anywhere.
@@ -121,6 +87,106 @@ void prefetch(const T* begin, std::size_t n = 1) {
 #endif
 }
 
+/// What a thread evaluates.
+template <class T>
+class GroupEvaluator {
+public:
+    GroupEvaluator(const Evaluator& evaluator, const FaceGroups& groups,
+                   std::span<const T> values, int n_channels, int order, Chart chart,
+                   std::size_t n_addresses)
+        : evaluator_(evaluator),
+          groups_(groups),
+          table_(evaluator.table()),
+          values_(values),
+          n_channels_(n_channels),
+          order_(order),
+          chart_(chart),
+          runs_(table_, std::min(n_addresses, kMostRun)) {}
+
+    /// \param n, each  of the addresses of a group, as counting_sort() takes them
+    /// \param first  the number of address 0
+    template <class Each>
+    void evaluate(std::size_t n, Each&& each, std::size_t first, Channels<T> rows,
+                  AddressCounts& counts) {
+        n_clamped_ = n_without_ = 0;
+        first_without_ = SIZE_MAX;
+        // No more keys than a few for each address.
+        int rough = 0;
+        while ((groups_.n_faces() >> rough) > 8 * n)
+            ++rough;
+        ends_.resize(groups_.n_faces() >> rough);
+        sorted_.resize(std::max(n, sorted_.size()));
+        counting_sort(
+            each, [&](const auto& at) { return groups_.face_in_group(at) >> rough; },
+            ends_, sorted_.data());
+        for (auto rest = std::span<const NumberedAddress>(sorted_).first(n);
+             !rest.empty();) {
+            rest = rest.subspan(take_face(rest, rows));
+            evaluate_runs(rows);
+        }
+        if (n_clamped_ > 0 || n_without_ > 0)
+            counts.add(n_clamped_, n_without_,
+                       n_without_ > 0 ? first + first_without_ : SIZE_MAX);
+    }
+
+private:
+    /// Those of the first one's face, as far as they follow one another and there is room.
+    /// \return how many they are
+    std::size_t take_face(std::span<const NumberedAddress> group, Channels<T> rows) {
+        const Index face = group[0].face;
+        runs_.start(face);
+        const bool has_surface =
+            face < table_.base().n_faces() && table_.has_surface(face);
+        std::size_t n = 0;
+        for (; n < group.size() && n < runs_.most(); ++n) {
+            const NumberedAddress& at = group[n];
+            if (at.face != face)
+                break;
+            T* const row = rows[at.number];
+            if (!has_surface || std::isnan(at.u) || std::isnan(at.v)) {
+                std::fill_n(row, rows.n, std::numeric_limits<T>::quiet_NaN());
+                ++n_without_;
+                first_without_ = std::min<std::size_t>(first_without_, at.number);
+                continue;
+            }
+            prefetch(row, rows.n);
+            n_clamped_ += runs_.add({face, at.u, at.v}, at.number);
+        }
+        return n;
+    }
+
+    void evaluate_runs(Channels<T> rows) {
+        const auto runs = runs_.runs();
+        const auto points = [&](std::size_t r) {
+            return table_.patch(runs[r].places.patch).points;
+        };
+        for (std::size_t r = 0; r < runs.size(); ++r) {
+            if (r + 2 < runs.size())
+                prefetch(points(r + 2).data(), points(r + 2).size());
+            if (r + 1 < runs.size()) {
+                for (const Index p : points(r + 1))
+                    prefetch(&values_[std::size_t(p) * n_channels_], n_channels_);
+            }
+            evaluator_.evaluate_many_channels<T>(values_, n_channels_, runs[r].places,
+                                                 order_, chart_, rows, runs[r].numbers);
+        }
+    }
+
+    /// Points of a face at a time, which with what is made of them stay in the second cache.
+    static constexpr std::size_t kMostRun = 1024;
+
+    const Evaluator& evaluator_;
+    const FaceGroups& groups_;
+    const PatchTable& table_;
+    std::span<const T> values_;
+    int n_channels_, order_;
+    Chart chart_;
+    detail::LeafRuns runs_;
+    std::vector<Index> ends_;
+    std::vector<NumberedAddress> sorted_;
+    std::size_t n_clamped_ = 0, n_without_ = 0, first_without_ = SIZE_MAX;
+};
+
 }  // namespace
 
 template <class T>
@@ -128,74 +194,63 @@ AddressReport evaluate_addresses(const Evaluator& evaluator, std::span<const T> 
                                  int n_channels, std::span<const Address> where,
                                  int order, Chart chart, Channels<T> out) {
     assert(out.n == n_derivatives(order) * n_channels);
-    // A chunk with its results may stay in the last cache; some for each thread, no more than
-    // that, so that patches have many addresses. Results do not depend on what is evaluated
-    // at once.
-    constexpr std::size_t kLeast = std::size_t(1) << 12, kMost = std::size_t(1) << 20;
-    const std::size_t n_threads = detail::n_threads();
-    const std::size_t chunk = std::clamp(
-        where.size() / (n_threads == 1 ? 1 : 2 * n_threads) + 1, kLeast, kMost);
-    const PatchTable& table = evaluator.table();
-    struct Thread {
-        FaceOrder faces;
-        detail::LeafRuns runs;
-    };
-    detail::PerThread<Thread> threads([&] {
-        return Thread{FaceOrder(table.base().n_faces()), detail::LeafRuns(table)};
+    // So many at a time, by groups first: in parts of them at the same time, then group by group.
+    // Results do not depend on what is evaluated at once.
+    constexpr std::size_t kMost = std::size_t(1) << 20, kLeastPart = 4096;
+    const FaceGroups groups(std::max<Index>(1, evaluator.table().base().n_faces()));
+    const Index n_groups = groups.n_groups();
+    detail::PerThread<GroupEvaluator<T>> threads([&] {
+        return GroupEvaluator<T>(evaluator, groups, values, n_channels, order, chart,
+                                 where.size());
     });
+    std::vector<NumberedAddress> sorted(std::min(where.size(), kMost));
+    std::vector<Index> ends;  // of each part its groups
     AddressCounts counts;
-    detail::for_each_chunk(
-        where.size(), chunk, [&](std::size_t, std::size_t begin, std::size_t end) {
-            Thread& thread = threads.local();
-            const Channels<T> rows{out[begin], out.stride, out.n};
-            std::size_t n_clamped = 0, n_without = 0, first_without = SIZE_MAX;
-            const auto evaluate = [&](std::span<const NumberedAddress> sorted) {
-                for (std::size_t k = 0; k < sorted.size();) {
-                    const Index face = sorted[k].face;
-                    const bool has_surface =
-                        face < table.base().n_faces() && table.has_surface(face);
-                    if (has_surface)
-                        thread.runs.start(face);
+    for (std::size_t first = 0; first < where.size(); first += kMost) {
+        const auto chunk = where.subspan(first, std::min(kMost, where.size() - first));
+        const Channels<T> rows{out[first], out.stride, out.n};
+        const std::size_t part =
+            std::max(kLeastPart, chunk.size() / (2 * detail::n_threads()) + 1);
+        const std::size_t n_parts = detail::n_chunks(chunk.size(), part);
+        ends.resize(n_parts * n_groups);
+        const auto ends_of = [&](std::size_t p) {
+            return std::span(ends).subspan(p * n_groups, n_groups);
+        };
+        detail::for_each_chunk(
+            chunk.size(), part, [&](std::size_t p, std::size_t begin, std::size_t end) {
+                const auto each = [&](auto&& f) {
+                    for (std::size_t i = begin; i < end; ++i)
+                        f(NumberedAddress{chunk[i].face, static_cast<Index>(i),
+                                          chunk[i].u, chunk[i].v});
+                };
+                counting_sort(
+                    each, [&](const auto& at) { return groups.group(at); }, ends_of(p),
+                    sorted.data() + begin);
+            });
+        detail::for_each_chunk(
+            n_groups, n_parts == 1 ? n_groups : 1,
+            [&](std::size_t, std::size_t begin, std::size_t end) {
+                for (std::size_t g = begin; g < end; ++g) {
+                    const auto of_part = [&](std::size_t p) {
+                        const auto e = ends_of(p);
+                        const Index from = g > 0 ? e[g - 1] : 0;
+                        return std::span(sorted).subspan(p * part + from, e[g] - from);
+                    };
                     std::size_t n = 0;
-                    for (; k < sorted.size() && n < detail::LeafRuns::kMost; ++k) {
-                        const NumberedAddress& at = sorted[k];
-                        if (at.face != face)
-                            break;
-                        if (!has_surface || std::isnan(at.u) || std::isnan(at.v)) {
-                            std::fill_n(rows[at.number], out.n,
-                                        std::numeric_limits<T>::quiet_NaN());
-                            ++n_without;
-                            first_without =
-                                std::min<std::size_t>(first_without, begin + at.number);
-                            continue;
-                        }
-                        prefetch(rows[at.number], out.n);
-                        n_clamped += thread.runs.add({face, at.u, at.v}, at.number);
-                        ++n;
-                    }
+                    for (std::size_t p = 0; p < n_parts; ++p)
+                        n += of_part(p).size();
                     if (n == 0)
                         continue;
-                    const auto runs = thread.runs.runs();
-                    const auto points = [&](std::size_t r) {
-                        return table.patch(runs[r].places.patch).points;
-                    };
-                    for (std::size_t r = 0; r < runs.size(); ++r) {
-                        if (r + 2 < runs.size())
-                            prefetch(points(r + 2).data(), points(r + 2).size());
-                        if (r + 1 < runs.size()) {
-                            for (const Index p : points(r + 1))
-                                prefetch(&values[std::size_t(p) * n_channels],
-                                         n_channels);
+                    const auto each = [&](auto&& f) {
+                        for (std::size_t p = 0; p < n_parts; ++p) {
+                            for (const NumberedAddress& at : of_part(p))
+                                f(at);
                         }
-                        evaluator.evaluate_many_channels<T>(values, n_channels,
-                                                            runs[r].places, order, chart,
-                                                            rows, runs[r].numbers);
-                    }
+                    };
+                    threads.local().evaluate(n, each, first, rows, counts);
                 }
-            };
-            thread.faces.for_each_group(where.subspan(begin, end - begin), evaluate);
-            counts.add(n_clamped, n_without, first_without);
-        });
+            });
+    }
     return counts.report();
 }
 template OSDX_API AddressReport evaluate_addresses(const Evaluator&,

@@ -25,30 +25,33 @@ namespace osdx::inline OSDX_ABI::detail {
 /// those of a leaf come out at once.
 class LeafRuns {
 public:
-    static constexpr std::size_t kMost = 1024;  ///< points at a time
-
+    /// \param most  points at a time
     /// \pre the table outlives this
-    explicit LeafRuns(const PatchTable& table)
+    LeafRuns(const PatchTable& table, std::size_t most)
         : table_(table),
           view_(table.view()),
-          from_(kMost),
-          to_(kMost),
-          a_(kMost),
-          b_(kMost),
-          numbers_(kMost) {}
+          from_(most),
+          to_(most),
+          a_(most),
+          b_(most),
+          numbers_(most) {}
 
-    /// Starts with a face. \pre it has a surface
+    std::size_t most() const { return from_.size(); }
+
+    /// Starts with a face, of any number: what is added, if anything is, lies in its surface.
     void start(Index face) {
+        n_ = 0;
+        if (face >= table_.base().n_faces())
+            return;
         face_ = face;
         first_ = table_.base().face_offsets[face];
         size_ = table_.base().face_size(face);
-        n_ = 0;
     }
     /// Adds a point of the face, of a number that comes back.
     /// \return whether it was clamped
-    /// \pre less than kMost are there; no NaN
+    /// \pre less than most() are there; no NaN
     bool add(const Address& at, Index number) {
-        assert(n_ < kMost);
+        assert(n_ < most());
         Point& p = from_[n_++];
         p.number = number;
         if (size_ == 4) {
@@ -71,6 +74,8 @@ public:
     std::span<const Run> runs() {
         runs_.clear();
         n_placed_ = 0;
+        if (n_ == 0)
+            return runs_;
         if (const Index patch = table_.whole_patch(face_); patch != kInvalidIndex) {
             for (const Point& p : std::span(from_).first(n_))
                 place(p.at, p.number);
