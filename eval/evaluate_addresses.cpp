@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <osdx/buffer.h>
 #include <osdx/evaluate_addresses.h>
 #include <osdx/patch_table.h>
 #include <osdx/topology.h>
@@ -203,7 +204,7 @@ AddressReport evaluate_addresses(const Evaluator& evaluator, std::span<const T> 
         return GroupEvaluator<T>(evaluator, groups, values, n_channels, order, chart,
                                  where.size());
     });
-    std::vector<NumberedAddress> sorted(std::min(where.size(), kMost));
+    Buffer<NumberedAddress> sorted(std::min(where.size(), kMost));
     std::vector<Index> ends;  // of each part its groups
     AddressCounts counts;
     for (std::size_t first = 0; first < where.size(); first += kMost) {
