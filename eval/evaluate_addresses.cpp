@@ -22,28 +22,13 @@
 namespace osdx::inline OSDX_ABI {
 namespace {
 
-using detail::AddressCounts, detail::was_clamped;
+using detail::AddressCounts, detail::counting_sort, detail::was_clamped;
 
 struct NumberedAddress {
     Index face;
     Index number;  ///< counted from the beginning of a chunk
     double u, v;
 };
-
-/// Puts addresses in the order of keys.
-/// \param each  calls what it is given with each address, the same twice
-/// \param key  of an address, below ends.size()
-/// \param ends  becomes where those of each key end in `sorted`
-template <class Each, class Key>
-void counting_sort(Each&& each, Key&& key, std::span<Index> ends,
-                   NumberedAddress* sorted) {
-    std::ranges::fill(ends, Index(0));
-    each([&](const NumberedAddress& at) { ++ends[key(at)]; });
-    Index sum = 0;
-    for (Index& e : ends)
-        sum += std::exchange(e, sum);
-    each([&](const NumberedAddress& at) { sorted[ends[key(at)]++] = at; });
-}
 
 /// Groups of addresses on neighbouring faces; where there are few faces, on slices of one. Enough
 /// for threads to share, and so few that what is written stays in the nearer caches.

@@ -21,6 +21,20 @@
 
 namespace osdx::inline OSDX_ABI::detail {
 
+/// Puts elements in the order of keys; those of a key stay in their order.
+/// \param each  calls what it is given with each element, the same twice
+/// \param key  of an element, below ends.size()
+/// \param ends  becomes where those of each key end in `sorted`
+template <class T, class Each, class Key>
+void counting_sort(Each&& each, Key&& key, std::span<Index> ends, T* sorted) {
+    std::ranges::fill(ends, Index(0));
+    each([&](const T& x) { ++ends[key(x)]; });
+    Index sum = 0;
+    for (Index& e : ends)
+        sum += std::exchange(e, sum);
+    each([&](const T& x) { sorted[ends[key(x)]++] = x; });
+}
+
 /// PatchTable::locate() for many points of a face: sends them down its quadtrees together, so that
 /// those of a leaf come out at once.
 class LeafRuns {
@@ -87,7 +101,7 @@ public:
             for (Point& p : std::span(from_).first(n_))
                 p.step({-1, -1});
         }
-        ends_.assign(size_, 0);
+        ends_.resize(size_);
         sort(from_.data(), to_.data(), n_, ends_);
         for (Index c = 0, begin = 0; c < size_; begin = ends_[c++]) {
             if (ends_[c] > begin)
@@ -115,15 +129,14 @@ private:
         double scale;
     };
 
-    /// By corners. \param ends  zeros; becomes where the points of each end
+    /// By corners.
     static void sort(const Point* from, Point* to, std::size_t n, std::span<Index> ends) {
-        for (std::size_t i = 0; i < n; ++i)
-            ++ends[from[i].corner];
-        Index sum = 0;
-        for (Index& e : ends)
-            sum += std::exchange(e, sum);
-        for (std::size_t i = 0; i < n; ++i)
-            to[ends[from[i].corner]++] = from[i];
+        counting_sort(
+            [&](auto&& f) {
+                for (std::size_t i = 0; i < n; ++i)
+                    f(from[i]);
+            },
+            [](const Point& p) { return p.corner; }, ends, to);
     }
 
     /// \param points, other  n apiece; what is in them is lost
@@ -141,7 +154,7 @@ private:
                 node = view_.nodes[node + corner];
                 continue;
             }
-            std::array<Index, 4> ends{};
+            std::array<Index, 4> ends;
             sort(points, other, n, ends);
             for (Index c = 0, begin = 0; c < 4; begin = ends[c++]) {
                 if (ends[c] > begin)

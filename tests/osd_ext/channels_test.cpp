@@ -9,7 +9,6 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <osdx/build_topology.h>
 #include <osdx/evaluate_addresses.h>
@@ -17,6 +16,7 @@
 #include <osdx/patch_table.h>
 #include <osdx/resolved_features.h>
 #include <osdx/surface.h>
+#include <osdx/threads.h>
 #include <osdx/topology.h>
 
 #include "tests/support/test_meshes.h"
@@ -267,14 +267,28 @@ TEST(ManyAddresses, HaveAnAnswerForEveryNumber) {
 TEST(ManyAddresses, AreTheSameForAnyNumberOfThreads) {
     const auto s = Surface::build(pole(5, 4, 8));
     ASSERT_TRUE(s);
-    const auto where = random_addresses(*s, 300000, 3);  // several chunks
-    std::vector<double> one(3 * where.size()), many(3 * where.size());
-    {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
-        s->evaluate(where, 0, channels(one.data(), 3));
+    constexpr std::size_t kChunk = std::size_t(1) << 20, kNowhere = kChunk + 7;
+    auto where = random_addresses(*s, kChunk + 30000, 3);  // two chunks
+    where[kNowhere].face = s->base().n_faces();
+    const auto evaluate = [&](int n_threads) {
+        std::vector<double> out(3 * where.size());
+        with_threads(n_threads, [&] {
+            const auto report = s->evaluate(where, 0, channels(out.data(), 3));
+            EXPECT_EQ(report.n_without_point, 1u);
+            EXPECT_EQ(report.first_without_point, kNowhere);
+        });
+        EXPECT_TRUE(std::isnan(out[3 * kNowhere]));
+        std::fill_n(&out[3 * kNowhere], 3, 0.0);
+        return out;
+    };
+    const auto one = evaluate(1);
+    EXPECT_TRUE(one == evaluate(3));
+    // Nor on what else is evaluated.
+    for (std::size_t i = 0; i < where.size(); i += 10007) {
+        std::array<double, 3> alone;
+        s->evaluate(std::span(where).subspan(i, 1), 0, channels(alone.data(), 3));
+        EXPECT_TRUE(std::ranges::equal(alone, std::span(one).subspan(3 * i, 3)));
     }
-    s->evaluate(where, 0, channels(many.data(), 3));
-    EXPECT_EQ(one, many);
 }
 
 TEST(Channels, FollowVerticesThatMove) {
