@@ -17,12 +17,13 @@
 #include "far/mesh/address_counts.h"
 #include "far/parallel.h"
 #include "far/patches/leaf_runs.h"
+#include "far/prefetch.h"
 #include "far/refine/stencil_rows.h"
 
 namespace osdx::inline OSDX_ABI {
 namespace {
 
-using detail::AddressCounts, detail::counting_sort, detail::was_clamped;
+using detail::AddressCounts, detail::counting_sort, detail::prefetch, detail::was_clamped;
 
 struct NumberedAddress {
     Index face;
@@ -63,15 +64,6 @@ private:
     int shift_;
     Index n_slices_;
 };
-
-/// Asks in time for what is read or written next and may lie anywhere.
-template <class T>
-void prefetch(const T* begin, std::size_t n = 1) {
-#if defined(__GNUC__)
-    __builtin_prefetch(begin);
-    __builtin_prefetch(reinterpret_cast<const char*>(begin + n) - 1);
-#endif
-}
 
 /// What a thread evaluates.
 template <class T>
@@ -135,7 +127,6 @@ private:
                 first_without_ = std::min<std::size_t>(first_without_, at.number);
                 continue;
             }
-            prefetch(row, rows.n);
             n_clamped_ += runs_.add({face, at.u, at.v}, at.number);
         }
         return n;
@@ -152,12 +143,17 @@ private:
             if (r + 1 < runs.size()) {
                 for (const Index p : points(r + 1))
                     prefetch(&values_[std::size_t(p) * n_channels_], n_channels_);
+                const auto numbers = runs[r + 1].numbers;
+                for (const Index number :
+                     numbers.first(std::min(kAtOnce, numbers.size())))
+                    prefetch(rows[number], rows.n);
             }
             evaluator_.evaluate_many_channels<T>(values_, n_channels_, runs[r].places,
                                                  order_, chart_, rows, runs[r].numbers);
         }
     }
 
+    static constexpr std::size_t kAtOnce = 8;  // that the kernels take
     /// Points of a face at a time, which with what is made of them stay in the second cache.
     static constexpr std::size_t kMostRun = 1024;
 

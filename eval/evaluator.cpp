@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cstddef>
 #include <cstring>
+#include <type_traits>
 #include <vector>
 
 #include <osdx/evaluator.h>
@@ -13,6 +14,7 @@
 #include "eval/bases/patch_basis.h"
 #include "eval/kernels/patch_kernel.h"
 #include "eval/turn.h"
+#include "far/prefetch.h"
 
 namespace osdx::inline OSDX_ABI {
 namespace detail {
@@ -118,27 +120,37 @@ template <int Order, class T>
 void channels(const ClassEvaluator& c, std::span<const Index> points,
               std::span<const T> values, int n_channels, const PatchPoint& where,
               Chart chart, std::span<T> out) noexcept {
-    constexpr int kBlock = detail::kSumChannels;
-    for (int first = 0; first < n_channels; first += kBlock) {
-        const int n = std::min(kBlock, n_channels - first);
-        detail::PointJet sums;
-        if (fast<T>(c.kernel, points, values.subspan(first), n_channels, where, Order,
-                    chart, sums)) {
-            for (int r = 0; r < n_derivatives(Order); ++r)
-                std::transform(sums.value[r], sums.value[r] + n,
-                               &out[r * n_channels + first],
-                               [](double x) { return static_cast<T>(x); });
-            continue;
+    const auto put = [&](int first, int n, auto&& value) {
+        for (int r = 0; r < n_derivatives(Order); ++r) {
+            for (int k = 0; k < n; ++k)
+                out[r * n_channels + first + k] = static_cast<T>(value(r, k));
         }
+    };
+    constexpr int kBlock = detail::kSumChannels;
+    detail::PointJet sums;
+    int first = 0;
+    for (; first < n_channels && fast<T>(c.kernel, points, values.subspan(first),
+                                         n_channels, where, Order, chart, sums);
+         first += kBlock)
+        put(first, std::min(kBlock, n_channels - first),
+            [&](int r, int k) { return sums.value[r][k]; });
+    // Where weights cost more than sums: many of these at a time.
+    const auto sum_block = [&](auto most) {
+        constexpr int kMost = decltype(most)::value;
+        const int n = std::min(kMost, n_channels - first);
         const auto block =
-            evaluate_block<Order, kBlock>(c.basis, where, chart, [&](Index i, int k) {
+            evaluate_block<Order, kMost>(c.basis, where, chart, [&](Index i, int k) {
                 return k < n ? values[std::size_t(points[i]) * n_channels + first + k]
                              : T(0);
             });
-        for (int k = 0; k < n; ++k) {
-            for (int r = 0; r < n_derivatives(Order); ++r)
-                out[r * n_channels + first + k] = static_cast<T>(block[k][r]);
-        }
+        put(first, n, [&](int r, int k) { return block[k][r]; });
+        first += n;
+    };
+    while (first < n_channels) {
+        if (n_channels - first <= kBlock)
+            sum_block(std::integral_constant<int, kBlock>());
+        else
+            sum_block(std::integral_constant<int, detail::kManyChannels>());
     }
 }
 
@@ -306,6 +318,10 @@ void channels_of_leaf(const ClassEvaluator& c, std::span<const Index> points,
                 std::min<std::size_t>(detail::kLanes, rows.size() - begin);
             std::copy_n(&where.a[begin], n, at.a);
             std::copy_n(&where.b[begin], n, at.b);
+            // While the kernel computes: all at once would wait for their pages.
+            for (const Index row : rows.subspan(begin + n).first(
+                     std::min<std::size_t>(detail::kLanes, rows.size() - begin - n)))
+                detail::prefetch(out[row], out.n);
             c.kernel.sum_many(of_patch, n_at_once, at, chart, kOrder, jets);
             for (std::size_t lane = 0; lane < n; ++lane) {
                 T* const row = out[rows[begin + lane]];

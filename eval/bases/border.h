@@ -192,31 +192,41 @@ Jet<T, Order> RibbonBorder::axis_place(const Jet<T, Order>& a) const noexcept {
     // tau falls from L/2 to 0 as t rises: Newton's method, kept inside the last bracket.
     const T goal = 0.5 * intervals_ * (1 - a.c[0]);
     const double a0 = representative(a.c[0]);
-    T lo = 0, hi = 1, t = a.c[0], slope = -1;
-    constexpr int kMaxSteps = 100;
-    for (int step = 0; step < kMaxSteps; ++step) {
+    const auto tau_at = [&](T t) {
         Jet<T, 1> x(t);
         x.c[1] = 1;
-        const Jet<T, 1> tau = axis_parameter(x);
-        slope = tau.c[1];
+        return axis_parameter(x);
+    };
+    T lo = 0, hi = 1, t = a.c[0];
+    constexpr int kMaxSteps = 100;
+    for (int step = 0; step < kMaxSteps && a0 > 0 && a0 < 1; ++step) {
+        const Jet<T, 1> tau = tau_at(t);
         const T error = tau.c[0] - goal;
         (representative(error) > 0 ? lo : hi) = t;
-        T next = t - error / slope;
-        if (!(representative(next - lo) > 0 && representative(hi - next) > 0))
+        T next = t - error / tau.c[1];
+        const bool inside =
+            representative(next - lo) > 0 && representative(hi - next) > 0;
+        if (!inside)
             next = representative(error) == 0 ? t : 0.5 * (lo + hi);
         const double size = std::abs(representative(next - t)), at = representative(t);
-        const bool done = size < 1e-16 || at == 0 || at == 1;
-        if (a0 <= 0 || a0 >= 1 || done)
+        if (at == 0 || at == 1)
             break;
         t = next;
+        // A step of Newton's squares the error, times some power of n.
+        if (size < (inside ? 1e-8 / (n_ * n_) : 1e-16))
+            break;
     }
-    // Each step makes one more order right.
     Jet<T, Order> result(t);
-    for (int order = 0; order < Order; ++order) {
-        Jet<T, Order> error =
-            axis_parameter(result) + (0.5 * intervals_) * (a - Jet<T, Order>(1.0));
-        error.c[0] = 0;
-        result -= error * (1 / slope);
+    if constexpr (Order > 0) {
+        // Each step makes one more order right.
+        const T inverse = 1 / tau_at(t).c[1];
+        for (int order = 0; order < Order; ++order) {
+            Jet<T, Order> error = (0.5 * intervals_) * a;
+            if (order > 0)
+                error += axis_parameter(result);
+            error.c[0] = 0;
+            result -= error * inverse;
+        }
     }
     return result;
 }

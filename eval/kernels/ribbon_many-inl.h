@@ -151,6 +151,25 @@ HWY_INLINE void ring_point_weights(const RingTables& t, const RingPlaces& places
         take(0, vertex);
 }
 
+/// The sums over points of kChannels channels, that stay in registers.
+/// \param net  `stride` values of each point
+template <int kChannels, class J>
+HWY_INLINE void sum_channels(const J* weights, int n_points, const double* net,
+                             int stride, J* out) {
+    J sums[kChannels];
+    for (int c = 0; c < kChannels; ++c)
+        sums[c] = J::zero();
+    for (int i = 0; i < n_points; ++i, net += stride) {
+        for (int c = 0; c < kChannels; ++c) {
+            const P8 x = P8::of(net[c]);
+            for (int r = 0; r < J::kSize; ++r)
+                sums[c].c[r] = mul_add(weights[i].c[r], x, sums[c].c[r]);
+        }
+    }
+    for (int c = 0; c < kChannels; ++c)
+        out[c] = sums[c];
+}
+
 /// The sums over all control points at some places at once.
 /// \tparam kChannels  0 for any number
 template <int kDegree, bool kEV, int kOrder, int kChannels>
@@ -164,15 +183,34 @@ void ring_points(const KernelTables& tables, const double* net, int n_channels,
     J one = J::zero(), sums[kMost];
     for (int c = 0; c < n; ++c)
         sums[c] = one;
-    ring_point_weights<kDegree, kEV, kOrder>(t, places, [&](int point, J w) OSDX_LAMBDA {
-        const double* p = net + n * point;
-        one = one + w;
-        for (int c = 0; c < n; ++c) {
-            const P8 x = P8::of(p[c]);
-            for (int r = 0; r < J::kSize; ++r)
-                sums[c].c[r] = mul_add(w.c[r], x, sums[c].c[r]);
-        }
-    });
+    if constexpr (kDegree == 3 && kChannels == 0) {
+        // Sums of few channels stay in registers: over all weights, which are few.
+        J weights[kLanes * kDegree * kDegree];
+        int n_points = 0;
+        ring_point_weights<kDegree, kEV, kOrder>(t, places,
+                                                 [&](int point, J w) OSDX_LAMBDA {
+                                                     one = one + w;
+                                                     weights[point] = w;
+                                                     ++n_points;
+                                                 });
+        constexpr int kTogether = kOrder > 1 ? 1 : 2;
+        int c = 0;
+        for (; c + kTogether <= n; c += kTogether)
+            sum_channels<kTogether>(weights, n_points, net + c, n, sums + c);
+        for (; c < n; ++c)
+            sum_channels<1>(weights, n_points, net + c, n, sums + c);
+    } else {
+        ring_point_weights<kDegree, kEV, kOrder>(
+            t, places, [&](int point, J w) OSDX_LAMBDA {
+                const double* p = net + n * point;
+                one = one + w;
+                for (int c = 0; c < n; ++c) {
+                    const P8 x = P8::of(p[c]);
+                    for (int r = 0; r < J::kSize; ++r)
+                        sums[c].c[r] = mul_add(w.c[r], x, sums[c].c[r]);
+                }
+            });
+    }
     const P8 of_one = inverse(one.c[0]), cos = P8::load(at.cos), sin = P8::load(at.sin);
     for (int c = 0; c < n; ++c) {
         J jet = derivatives(quotient(sums[c], one, of_one));
