@@ -74,14 +74,14 @@ private:
 /// The formula of EV and EF patches at borders, sharp edges and spikes, for whatever S may be:
 /// weights of control points, or sums over them.
 ///
-/// On an axis, the straight line through the centre of the n-gon that is a border, S depends on
-/// border points only. It is corrected to the uniform B-spline curve C of these:
+/// On the axis, the straight line through the centre of the n-gon that is the border, S depends
+/// on border points only. It is corrected to the uniform B-spline curve C of these:
 ///
 ///     S'(p) = S(p) + b(p) (C(tau(q)) - S(q)),   b = product of l_k^d / (l_k^d + (2 y)^d)
 ///
-/// over the sides of the part that are not perpendicular to the axis, y the distance of p from
-/// the axis and q its foot there, i and o the sides that the axis meets at its ends, L = d-1
-/// for EV and d for EF, and
+/// over the sides of the part that the axis does not meet, y the distance of p from the axis and
+/// q its foot there, at x = -1..1 from side n/2 to side 0, i and o the sides that the axis meets
+/// at its ends, L = d-1 for EV and d for EF, and
 ///
 ///     tau = L (m + (h_i + h_o - 1) (w_i m - w_o (1 - m))),   m = h_i / (h_i + h_o),
 ///     w_i = (h_o/d)^d / ((h_o/d)^d + h_i^d),   w_o = (h_i/d)^d / ((h_i/d)^d + h_o^d),
@@ -89,6 +89,16 @@ private:
 /// which is L h_i but for order d at side i, L (1 - h_o) at side o, and rises everywhere. (A
 /// plain blend of these two goes back and forth from n = 10 on at d = 3, n = 6 at d = 5.)
 /// That changes no derivative below d on any side.
+///
+/// Where two curves end at the centre V, C_e is the curve of side e continued by 2 V - P, and
+/// with D_e = C_e - S, the latter at x and -x,
+///
+///     S'(p) = S(p) + b(p) (sgn(x) (D_0 - D_n/2)(|x|) + (D_0 + D_n/2)(rho)) / 2,
+///     rho^2 = x^2 + eps^2 y^2 (1 - x^2)
+///
+/// in units of the centre's distance to a side: part 0 and part 1 (MirroredNet). The odd part is
+/// as smooth as a straight border; the even part has the corner's kink at the centre alone, where
+/// the surface is a cone, with a regular chart for all openings up to 330 degrees.
 ///
 /// A spike is S(p) + b(p) (V - S(0)), with b the product of (l_k(p) / l_k(0))^d over all sides.
 ///
@@ -109,9 +119,7 @@ public:
     const Polygon& polygon() const noexcept { return polygon_; }
     int n_intervals() const noexcept { return intervals_; }  ///< of a ribbon both ways: L
 
-    int n_axes() const noexcept {
-        return class_.border == PatchBorder::Pinned ? 2 : int(class_.is_open());
-    }
+    bool is_pinned() const noexcept { return class_.border == PatchBorder::Pinned; }
 
     /// (a, b) of a sector's quad, as jets in the (a, b) that was asked for.
     template <int Order, class T>
@@ -124,10 +132,16 @@ public:
     template <class J>
     J parameter(const J& h_i, const J& h_o) const noexcept;  ///< tau
 
-    /// Calls f(axis, b, q, tau) for the axes that a point of the n-gon is moved by.
+    /// Calls f(part, b, q, tau) for the parts that a point of the n-gon is moved by, with the sign
+    /// of the part in b.
     /// \tparam D  with distance(k): the point
     template <int Order, class T, class D, class F>
-    void for_each_axis(const D& domain, F&& f) const noexcept;
+    void for_each_part(const D& domain, int sector, F&& f) const noexcept;
+
+    /// rho, for x and y in units of the centre's distance to a side. At the centre, where it has
+    /// no derivatives, it takes those along the middle of the sector, and no second ones.
+    template <class J>
+    J even_place(const J& x, const J& y, int sector) const noexcept;
 
     /// `start` times the b of a spike.
     template <class D, class J>
@@ -152,18 +166,9 @@ private:
     template <int Order, class T>
     Jet<T, Order> axis_place(const Jet<T, Order>& a) const noexcept;
 
-    /// The foot of a point on an axis, at t on the line to the middle of a side, and b.
-    template <class J>
-    struct Foot {
-        int side;
-        J t, weight;
-        bool has_weight() const noexcept {
-            return !std::ranges::all_of(
-                weight.c, [](const auto& x) { return representative(x) == 0; });
-        }
-    };
+    /// b
     template <class J, class D>
-    Foot<J> foot(const D& domain, int axis) const noexcept;
+    J weight(const D& domain, const J& y) const noexcept;
 
     PatchClass class_;
     Polygon polygon_;
@@ -253,8 +258,9 @@ RibbonBorder::Place<Order, T> RibbonBorder::place(
 template <int Order, class T, class Sink>
 void RibbonBorder::curve(const Jet<T, Order>& tau, Sink&& sink) const noexcept {
     constexpr int kStride = Order + 1;
-    const int interval =
-        std::clamp(static_cast<int>(representative(tau.c[0])), 0, intervals_ - 1);
+    // Two curves are read up to the centre, where they are given by their own piece.
+    const int last = is_pinned() ? (intervals_ - 1) / 2 : intervals_ - 1;
+    const int interval = std::clamp(static_cast<int>(representative(tau.c[0])), 0, last);
     std::array<T, (kMaxDegree + 1) * kStride> taylor;
     bspline_basis<T>(d_, tau.c[0] - interval, Order,
                      std::span(taylor).first(static_cast<std::size_t>(d_ + 1) * kStride));
@@ -263,37 +269,58 @@ void RibbonBorder::curve(const Jet<T, Order>& tau, Sink&& sink) const noexcept {
         sink(interval + m, powers.compose(taylor.data() + m * kStride));
 }
 
+template <class J>
+J RibbonBorder::even_place(const J& x, const J& y, int sector) const noexcept {
+    const double eps = class_.is_single() ? 0.3 : class_.n_sectors == 2 ? 0.7 : 0.5;
+    const J square = x * x + (eps * eps) * (y * y) * (J(1.0) - x * x);
+    if (representative(square.c[0]) > 1e-16)
+        return sqrt(square);
+    const double angle = (sector + 0.5) * std::numbers::pi / class_.n_sectors,
+                 along = std::cos(angle), across = eps * std::sin(angle),
+                 length = std::hypot(along, across);
+    J rho = (along / length) * x + (eps * across / length) * y;
+    using std::sqrt;
+    rho.c[0] = sqrt(square.c[0]);
+    return rho;
+}
+
 template <class J, class D>
-RibbonBorder::Foot<J> RibbonBorder::foot(const D& domain, int axis) const noexcept {
-    const int k = class_.n_sectors, i = axis * k, o = cyclic(i + n_ / 2);
-    const J one(1.0);
-    const double inverse = 1 / polygon_.centre_distance();
-    Foot<J> foot{i, one - domain.distance(i) * inverse, one};
-    if (representative(foot.t.c[0]) < 0) {
-        foot.side = o;
-        foot.t = domain.distance(o) * -inverse + one;
-    }
-    // Twice the distance from the axis, by two sides that are mirror images in it.
-    const int m = n_ / 4;
-    const J y = (domain.distance(axis == 0 ? n_ - m : i + m) -
-                 domain.distance(axis == 0 ? m : i - m)) *
-                (1 / std::sin(2 * std::numbers::pi * m / n_));
-    const bool pinned = class_.border == PatchBorder::Pinned;
-    for (int side = axis == 0 ? 1 : 0; side <= (pinned && axis == 0 ? k : k - 1); ++side)
-        foot.weight = foot.weight * blend(domain.distance(side), y, d_);
-    return foot;
+J RibbonBorder::weight(const D& domain, const J& y) const noexcept {
+    J b(1.0);
+    for (int side = 1; side < class_.n_sectors; ++side)
+        b = b * blend(domain.distance(side), y, d_);
+    return b;
 }
 
 template <int Order, class T, class D, class F>
-void RibbonBorder::for_each_axis(const D& domain, F&& f) const noexcept {
-    for (int axis = 0; axis < n_axes(); ++axis) {
-        const auto at = foot<Jet<T, Order>>(domain, axis);
-        if (!at.has_weight())
-            continue;
-        const AxisPoint<Order, T> point(polygon_, at.side, at.t);
-        const int i = axis * class_.n_sectors;
-        f(axis, at.weight, point, parameter(point.h(i), point.h(cyclic(i + n_ / 2))));
+void RibbonBorder::for_each_part(const D& domain, int sector, F&& f) const noexcept {
+    using J = Jet<T, Order>;
+    if (!class_.is_open())
+        return;
+    const double inverse = 1 / polygon_.centre_distance();
+    // Twice the distance from the axis, by two sides that are mirror images in it.
+    const int m = n_ / 4;
+    const J y = (domain.distance(n_ - m) - domain.distance(m)) *
+                (1 / std::sin(2 * std::numbers::pi * m / n_));
+    const J b = weight(domain, y);
+    if (std::ranges::all_of(b.c, [](const auto& x) { return representative(x) == 0; }))
+        return;
+    int side = 0;
+    J x = J(1.0) - domain.distance(0) * inverse;
+    if (representative(x.c[0]) < 0) {
+        side = n_ / 2;
+        x = domain.distance(side) * -inverse + J(1.0);
     }
+    const auto take = [&](int part, const J& scale, int at_side, const J& t) {
+        const AxisPoint<Order, T> point(polygon_, at_side, t);
+        f(part, scale, point, parameter(point.h(0), point.h(n_ / 2)));
+    };
+    if (!is_pinned())
+        return take(0, b, side, x);
+    take(0, side == 0 ? b : b * T(-1), 0, x);
+    take(1, b, 0,
+         even_place(x, (0.5 * inverse) * y,
+                    side == 0 ? sector : class_.n_sectors - 1 - sector));
 }
 
 }  // namespace osdx::inline OSDX_ABI

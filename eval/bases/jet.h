@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <concepts>
 
 #include <osdx/version.h>
@@ -11,8 +12,8 @@
 namespace osdx::inline OSDX_ABI {
 
 /// The number by which code chooses between formulas that agree where they meet: the scalar
-/// itself. Other scalars, intervals for instance, have a function of this name of their own, in
-/// their namespace.
+/// itself. Other scalars, intervals for instance, have a function of this name of their own, and
+/// sqrt(), in their namespace.
 template <std::floating_point T>
 constexpr double representative(T x) noexcept {
     return static_cast<double>(x);
@@ -82,6 +83,28 @@ struct Jet {
                     for (int q = 0; q <= j; ++q) {
                         if (p + q > 0)
                             sum -= b.c[index(p, q)] * r.c[index(m - j - p, j - q)];
+                    }
+                }
+                r.c[index(m - j, j)] = sum * inverse;
+            }
+        }
+        return r;
+    }
+
+    /// \pre x.c[0] > 0
+    friend Jet sqrt(const Jet& x) noexcept {
+        using std::sqrt;
+        // From r r = x, likewise.
+        Jet r;
+        r.c[0] = sqrt(x.c[0]);
+        const T inverse = T(0.5) / r.c[0];
+        for (int m = 1; m <= Order; ++m) {
+            for (int j = 0; j <= m; ++j) {
+                T sum = x.c[index(m - j, j)];
+                for (int p = 0; p <= m - j; ++p) {
+                    for (int q = 0; q <= j; ++q) {
+                        if (p + q > 0 && p + q < m)
+                            sum -= r.c[index(p, q)] * r.c[index(m - j - p, j - q)];
                     }
                 }
                 r.c[index(m - j, j)] = sum * inverse;

@@ -107,18 +107,26 @@ void RibbonBasis::ribbon_weights(int ribbon, const Jet<T, Order>& s,
             column = column * alpha;
         if (j >= d_ || j == middle)
             column = column * beta;
-        const Index* offsets = term_offsets_.data() + (ribbon * columns_ + j) * d_;
+        const Index first = static_cast<Index>((ribbon * columns_ + j) * d_);
         for (int k = row0; k < d_; ++k) {
             const Jet<T, Order> w = column * rows[k];
             f += w;
-            if (!class_.is_open()) {
-                sink(terms_[offsets[k]].point, w);
-                continue;
-            }
-            for (Index t = offsets[k]; t < offsets[k + 1]; ++t)
-                sink(terms_[t].point, terms_[t].weight * w);
+            sink(first + static_cast<Index>(k), w);
         }
     }
+}
+
+template <class Sink>
+auto RibbonBasis::expanded(int net, Sink& sink) const noexcept {
+    const Index* const offsets = term_offsets_.data() + net * n_ * columns_ * d_;
+    return [&, offsets](Index i, const auto& w) {
+        if (!class_.is_open()) {
+            sink(terms_[offsets[i]].point, w);
+            return;
+        }
+        for (Index t = offsets[i]; t < offsets[i + 1]; ++t)
+            sink(terms_[t].point, terms_[t].weight * w);
+    };
 }
 
 template <int Order, class T, class D, class Sink>
@@ -164,24 +172,15 @@ Jet<T, Order> RibbonBasis::triangle_weights(const Triangle<Order, T>& at,
 }
 
 template <int Order, class T, class Sink>
-void RibbonBasis::curve_weights(int axis, const Jet<T, Order>& scale,
+void RibbonBasis::curve_weights(int part, const Jet<T, Order>& scale,
                                 const Jet<T, Order>& tau, Sink&& sink) const noexcept {
-    const Index* offsets = term_offsets_.data() + n_ * columns_ * d_ + axis * columns_;
+    const Index* offsets =
+        term_offsets_.data() + (1 + n_parts_) * n_ * columns_ * d_ + part * columns_;
     border_.curve(tau, [&](int j, const Jet<T, Order>& w) {
         const Jet<T, Order> c = w * scale;
         for (Index t = offsets[j]; t < offsets[j + 1]; ++t)
             sink(terms_[t].point, terms_[t].weight * c);
     });
-}
-
-template <int Order, class T, class Weights, class Sink>
-void RibbonBasis::correct(int axis, const Jet<T, Order>& scale, const Jet<T, Order>& tau,
-                          Weights&& weights, Sink&& sink) const noexcept {
-    using J = Jet<T, Order>;
-    curve_weights<Order, T>(axis, scale, tau, sink);
-    const J f = weights([](Index, const J&) {});
-    const J minus = -1.0 * scale / f;
-    weights([&](Index i, const J& v) { sink(i, minus * v); });
 }
 
 template <int Order, class T, class Sink>
@@ -193,24 +192,38 @@ Jet<T, Order> RibbonBasis::single_sector_weights(const DomainPointOf<T>& p, Char
     if (is_at_corner(p)) {
         J f;
         ribbon_weights<Order, T>(1, J(0.5) - 0.5 * at.corner / (at.corner + at.last),
-                                 0.5 * at.first, one, one, f, sink);
+                                 0.5 * at.first, one, one, f, expanded(0, sink));
         return f;
     }
     // Points have contributions from many ribbon points, which are mirror images: added up first.
     constexpr int kMostPoints = kMaxDegree * (kMaxDegree + 2) + 1;
-    std::array<J, kMostPoints> own, at_foot;  // zeros
-    const J f = triangle_weights(at, [&](Index i, const J& w) { own[i] += w; });
-    const J border = at.first + at.last;
-    const Triangle<Order, T> foot(at.first / border, at.last / border);
-    const J f_foot =
-        triangle_weights(foot, [&](Index i, const J& w) { at_foot[i] += w; });
-    const J scale = f * power(border, d_) * border;
-    curve_weights<Order, T>(0, scale,
-                            border_.parameter(0.5 * foot.last, 0.5 * foot.first),
-                            [&](Index i, const J& w) { own[i] += w; });
-    const J minus = -1.0 * scale / f_foot;
+    std::array<J, kMostPoints> own;  // zeros
+    const auto add = [&](Index i, const J& w) { own[i] += w; };
+    const J f = triangle_weights(at, expanded(0, add));
+    const J border = at.first + at.last, scale = f * power(border, d_) * border;
+    const auto correct = [&](int part, const J& sign, const J& first, const J& last) {
+        std::array<J, kMostPoints> at_foot;  // zeros
+        const auto add_foot = [&](Index i, const J& w) { at_foot[i] += w; };
+        const J f_foot = triangle_weights(Triangle<Order, T>(first, last),
+                                          expanded(1 + part, add_foot));
+        curve_weights<Order, T>(part, scale * sign,
+                                border_.parameter(0.5 * last, 0.5 * first), add);
+        const J minus = -1.0 * scale * sign / f_foot;
+        for (Index i = 0; i < static_cast<Index>(class_.n_points()); ++i)
+            own[i] += minus * at_foot[i];
+    };
+    const J first = at.first / border, last = at.last / border;
+    if (!border_.is_pinned()) {
+        correct(0, one, first, last);
+    } else {
+        const J x = first - last;
+        const bool beyond = representative(x.c[0]) < 0;
+        correct(0, beyond ? J(-1.0) : one, beyond ? last : first, beyond ? first : last);
+        const J rho = border_.even_place(x, at.corner, 0);
+        correct(1, one, 0.5 * (one + rho), 0.5 * (one - rho));
+    }
     for (Index i = 0; i < static_cast<Index>(class_.n_points()); ++i)
-        sink(i, own[i] + minus * at_foot[i]);
+        sink(i, own[i]);
     return f;
 }
 
@@ -223,14 +236,15 @@ Jet<T, Order> RibbonBasis::for_each_weight(const DomainPointOf<T>& p, Chart char
     const auto at = border_.place<Order, T>(p);
     const PolygonPoint<Order, T> domain(border_.polygon(), p.sector, at.a, at.b, chart,
                                         !class_.is_open());
+    const auto own = expanded(0, sink);
     if (is_at_corner(p)) {
         const int i = cyclic(p.sector + 1);  // starts at the corner
         const J one(1.0);
         J f;
-        ribbon_weights<Order, T>(i, domain.s(i), domain.h(i), one, one, f, sink);
+        ribbon_weights<Order, T>(i, domain.s(i), domain.h(i), one, one, f, own);
         return f;
     }
-    const J f = polygon_weights<Order, T>(domain, sink);
+    const J f = polygon_weights<Order, T>(domain, own);
     if (class_.border == PatchBorder::Spike) {
         const J b = border_.spike_weight(domain, f);
         sink(static_cast<Index>(class_.kind == PatchKind::EV ? 0 : class_.ef_centre()),
@@ -238,11 +252,14 @@ Jet<T, Order> RibbonBasis::for_each_weight(const DomainPointOf<T>& p, Chart char
         for (Index i = 0; i < centre_weights_.size(); ++i)
             sink(i, -centre_weights_[i] * b);
     }
-    border_.for_each_axis<Order, T>(
-        domain, [&](int axis, const J& b, const auto& foot, const J& tau) {
-            correct<Order, T>(
-                axis, f * b, tau,
-                [&](auto&& s) { return polygon_weights<Order, T>(foot, s); }, sink);
+    border_.for_each_part<Order, T>(
+        domain, p.sector, [&](int part, const J& b, const auto& foot, const J& tau) {
+            const J scale = f * b;
+            curve_weights<Order, T>(part, scale, tau, sink);
+            const J minus =
+                -1.0 * scale / polygon_weights<Order, T>(foot, [](Index, const J&) {});
+            const auto subtract = [&](Index i, const J& w) { sink(i, minus * w); };
+            polygon_weights<Order, T>(foot, expanded(1 + part, subtract));
         });
     return f;
 }

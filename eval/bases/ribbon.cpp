@@ -45,9 +45,9 @@ RibbonBasis::RibbonBasis(const PatchClass& patch_class)
     build_tables();
     if (class_.border == PatchBorder::Spike) {
         std::vector<double> w(static_cast<std::size_t>(class_.n_points()), 0.0);
+        const auto add = [&](Index i, const Jet<double, 0>& x) { w[i] += x.c[0]; };
         const Jet<double, 0> f = polygon_weights<0, double>(
-            PolygonPoint<0>(border_.polygon(), {}, Chart::Native),
-            [&](Index i, const Jet<double, 0>& x) { w[i] += x.c[0]; });
+            PolygonPoint<0>(border_.polygon(), {}, Chart::Native), expanded(0, add));
         for (double& x : w)
             x /= f.c[0];
         centre_weights_ = std::move(w);
@@ -60,15 +60,19 @@ void RibbonBasis::build_tables() {
         term_offsets_.push_back(static_cast<Index>(terms_.size()));
         terms_.insert(terms_.end(), terms.begin(), terms.end());
     };
-    for (int i = 0; i < n_; ++i) {
-        for (int j = 0; j < columns_; ++j) {
-            for (int k = 0; k < d_; ++k)
-                add(net.ribbon_point(i, j, k));
+    n_parts_ = net.n_parts();
+    for (int of = 0; of <= n_parts_; ++of) {
+        for (int i = 0; i < n_; ++i) {
+            for (int j = 0; j < columns_; ++j) {
+                for (int k = 0; k < d_; ++k)
+                    add(of == 0 ? net.ribbon_point(i, j, k)
+                                : net.foot_point(of - 1, i, j, k));
+            }
         }
     }
-    for (int axis = 0; axis < border_.n_axes(); ++axis) {
+    for (int part = 0; part < n_parts_; ++part) {
         for (int j = 0; j < columns_; ++j)
-            add(net.axis_point(axis, j));
+            add(net.curve_point(part, j));
     }
     term_offsets_.push_back(static_cast<Index>(terms_.size()));
 }

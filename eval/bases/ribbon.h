@@ -32,15 +32,16 @@ namespace osdx::inline OSDX_ABI {
 /// (2021), ch. 5. Differs: s_i and h_i are written so that they are regular on the closed
 /// n-gon for every n; columns are counted from 0.
 ///
-/// At a border the sectors fill a part of the n-gon: half of 2k sides where the border runs
-/// through (PatchBorder::Smooth), a quarter of 4k between two border curves (Pinned). The
-/// points of the other sectors are mirror images, by the point reflection 2 P(foot) - P: the
-/// foot of a sector next to the border is the border point that it sits over, of others the
-/// centre (MirroredNet). RibbonBorder says how the surface then keeps to the border's curve.
+/// At a border the k sectors fill half of an n-gon of 2k sides, whether the border runs through
+/// (PatchBorder::Smooth) or two border curves end there (Pinned). The points of the other
+/// sectors are mirror images, by the point reflection 2 P(foot) - P: the foot of a sector next to
+/// the border is the border point that it sits over, of others the centre (MirroredNet).
+/// RibbonBorder says how the surface then keeps to the border's curves.
 ///
-/// One sector at a smooth border has the triangle (1,0), (0,1), (-1,0) for its domain, with
-/// the border along y = 0, the second half of ribbon 0 and the first of ribbon 1, q on the line
-/// through (0,1) and b = (1 - y)^(d+1). Source of all that is at borders: own.
+/// One sector at a border has the triangle (1,0), (0,1), (-1,0) for its domain, with the border
+/// along y = 0, the second half of ribbon 0 and the first of ribbon 1, q on the line through
+/// (0,1), x / (1 - y) in the place of x, and b = (1 - y)^(d+1). Source of all that is at borders:
+/// own.
 ///
 /// Weights are formed in double whatever the points are: the blends cancel near corners,
 /// and a valence of 360 leaves float no digits.
@@ -90,6 +91,11 @@ private:
     Vec2<double> quad_point(int sector, double a, double b) const noexcept;
     DomainPoint quad_place(const Vec2<double>& xy) const noexcept;
 
+    /// A sink for the points of all ribbons, by column and row, that gives `sink` the control
+    /// points they are made from.
+    /// \param net  0: the patch' own; 1 + part: on the border
+    template <class Sink>
+    auto expanded(int net, Sink& sink) const noexcept;
     template <int Order, class T, class Sink>
     void ribbon_weights(int ribbon, const Jet<T, Order>& s, const Jet<T, Order>& h,
                         const Jet<T, Order>& alpha, const Jet<T, Order>& beta,
@@ -101,14 +107,10 @@ private:
     template <int Order, class T, class Sink>
     Jet<T, Order> triangle_weights(const Triangle<Order, T>& at,
                                    Sink&& sink) const noexcept;
-    /// scale C(tau) on an axis.
+    /// scale C(tau) of a part.
     template <int Order, class T, class Sink>
-    void curve_weights(int axis, const Jet<T, Order>& scale, const Jet<T, Order>& tau,
+    void curve_weights(int part, const Jet<T, Order>& scale, const Jet<T, Order>& tau,
                        Sink&& sink) const noexcept;
-    /// scale (C(tau) - S) on an axis, for the S that `weights` gives.
-    template <int Order, class T, class Weights, class Sink>
-    void correct(int axis, const Jet<T, Order>& scale, const Jet<T, Order>& tau,
-                 Weights&& weights, Sink&& sink) const noexcept;
     template <int Order, class T, class Sink>
     Jet<T, Order> single_sector_weights(const DomainPointOf<T>& p, Chart chart,
                                         Sink&& sink) const noexcept;
@@ -121,10 +123,12 @@ private:
 
     PatchClass class_;
     RibbonBorder border_;
-    int n_;        // sides of the n-gon
-    int d_;        // degree
-    int columns_;  // of a ribbon
-    // By ribbon, column, row; then by axis and point of its curve.
+    int n_;            // sides of the n-gon
+    int d_;            // degree
+    int columns_;      // of a ribbon
+    int n_parts_ = 0;  // of the border
+    // By ribbon, column, row: of the net, then of each part's; then by part and point of
+    // its curve.
     std::vector<Index> term_offsets_;
     std::vector<MirroredNet::Term> terms_;
     std::vector<double> centre_weights_;

@@ -13,18 +13,30 @@ BorderKernel::BorderKernel(const RibbonBasis& basis) : border_(basis.border()) {
     const int n = c.n_polygon();
     const MirroredNet net(c), whole_net({c.kind, c.degree, n});
     n_columns_ = net.n_columns();
-    std::vector<MirroredNet::Terms> points(
-        static_cast<std::size_t>(PatchClass{c.kind, c.degree, n}.n_points()));
-    for (int i = 0; i < n; ++i) {
-        for (int j = 0; j < n_columns_; ++j) {
-            for (int k = 0; k < c.degree; ++k)
-                points[whole_net.ribbon_point(i, j, k)[0].point] =
-                    net.ribbon_point(i, j, k);
+    const auto n_net =
+        static_cast<std::size_t>(PatchClass{c.kind, c.degree, n}.n_points());
+    const auto for_each_net_point = [&](auto&& f) {
+        for (int i = 0; i < n; ++i) {
+            for (int j = 0; j < n_columns_; ++j) {
+                for (int k = 0; k < c.degree; ++k)
+                    f(whole_net.ribbon_point(i, j, k)[0].point, i, j, k);
+            }
         }
-    }
-    for (int axis = 0; axis < border_.n_axes(); ++axis) {
+    };
+    std::vector<MirroredNet::Terms> points(n_net);
+    for_each_net_point([&](Index point, int i, int j, int k) {
+        points[point] = net.ribbon_point(i, j, k);
+    });
+    for (int part = 0; part < net.n_parts(); ++part) {
         for (int j = 0; j < n_columns_; ++j)
-            points.push_back(net.axis_point(axis, j));
+            points.push_back(net.curve_point(part, j));
+        if (!border_.is_pinned())
+            continue;  // the net itself
+        const std::size_t first = points.size();
+        points.resize(first + n_net);
+        for_each_net_point([&](Index point, int i, int j, int k) {
+            points[first + point] = net.foot_point(part, i, j, k);
+        });
     }
     if (c.border == PatchBorder::Spike) {
         const bool ev = c.kind == PatchKind::EV;
@@ -64,10 +76,10 @@ void BorderKernel::sum_net(const KernelTables& tables, PointKernels::Sum<double>
     const RingTables& ring = *tables.ring;
     const PatchClass& c = border_.patch_class();
     // S without what is done at borders, at a place that moves by (x, y) of its sector.
-    const auto surface = [&](const DomainPoint& q, J x, J y) {
+    const auto surface = [&](std::size_t first, const DomainPoint& q, J x, J y) {
         PointJet s;
         polygon(tables, q, PointFrame::Sector, {},
-                {net.data(), net.size(), 4, net_indices_.data()}, s);
+                {net.data(), net.size(), 4, net_indices_.data() + first}, s);
         x.c[0] = y.c[0] = 0;
         const J xx = 0.5 * (x * x), xy = x * y, yy = 0.5 * (y * y);
         Channels r;
@@ -94,22 +106,24 @@ void BorderKernel::sum_net(const KernelTables& tables, PointKernels::Sum<double>
         x.c[2] = turned.y;
         y.c[1] = -turned.y;
     }
-    Channels r = surface({p.sector, at.a.c[0], at.b.c[0]}, x, y);
+    Channels r = surface(0, {p.sector, at.a.c[0], at.b.c[0]}, x, y);
 
-    const double* const extra =
-        net.data() + net.size() - 4 * (net_indices_.size() - std::size_t(ring.n_points));
+    const auto n_net = static_cast<std::size_t>(ring.n_points);
     if (c.border == PatchBorder::Spike) {
+        const double* const extra = net.data() + 4 * n_net;
         const J b = border_.spike_weight(domain, J(1.0));
         for (int k = 0; k < kSumChannels; ++k)
             r[k] += (extra[k] - extra[4 + k]) * b;
     }
-    border_.for_each_axis<kOrder, double>(
-        domain, [&](int axis, const J& b, const auto& foot, const J& tau) {
-            const Channels s = surface({foot.side(), foot.t().c[0], 0},
+    border_.for_each_part<kOrder, double>(
+        domain, p.sector, [&](int part, const J& b, const auto& foot, const J& tau) {
+            const std::size_t first = n_net + part * (n_columns_ + n_net);
+            const Channels s = surface(border_.is_pinned() ? first + n_columns_ : 0,
+                                       {foot.side(), foot.t().c[0], 0},
                                        ring.x_a * foot.t(), -ring.y_b * foot.t());
             Channels curve{};
             border_.curve(tau, [&](int j, const J& w) {
-                const double* point = extra + 4 * (axis * n_columns_ + j);
+                const double* point = net.data() + 4 * (first + j);
                 for (int k = 0; k < kSumChannels; ++k)
                     curve[k] += point[k] * w;
             });

@@ -19,7 +19,7 @@ namespace osdx::inline OSDX_ABI::detail {
 /// combinations of the patch' own (MirroredNet), and the formula of RibbonBorder.
 class BorderKernel {
 public:
-    /// \pre not one sector at a smooth border, which is no part of an n-gon
+    /// \pre not one sector at a border, which is no part of an n-gon
     explicit BorderKernel(const RibbonBasis& basis);
 
     /// Larger nets are summed ribbon by ribbon.
@@ -33,7 +33,7 @@ public:
              const PointSum<T>& what, PointJet& out) const noexcept;
 
 private:
-    static constexpr std::size_t kMostNetPoints = 512;
+    static constexpr std::size_t kMostNetPoints = 1024;
 
     /// The points of the net, four channels each.
     template <class T>
@@ -45,8 +45,8 @@ private:
 
     RibbonBorder border_;
     int n_columns_;  // of a ribbon
-    // Terms of the n-gon's points; then of those of the axes' curves, or of a spike's centre
-    // and S(0).
+    // Terms of the n-gon's points; then of each part's curve and, of two, of what stands for the
+    // n-gon's points on the border; or of a spike's centre and S(0).
     std::vector<Index> net_offsets_;
     std::vector<MirroredNet::Term> net_terms_;
     std::vector<Index> net_indices_;  // 0, 1, ..

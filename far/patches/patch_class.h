@@ -46,19 +46,12 @@ struct PatchClass {
         return border == PatchBorder::Smooth || border == PatchBorder::Pinned;
     }
 
-    /// One sector at a smooth border, whose domain is a triangle.
-    bool is_single() const noexcept {
-        return border == PatchBorder::Smooth && n_sectors == 1;
-    }
+    /// One sector at a border, whose domain is a triangle.
+    bool is_single() const noexcept { return is_open() && n_sectors == 1; }
 
-    /// Sides of the regular polygon that the sectors are a part of: a half where the border
-    /// runs through, a quarter between two border curves. One sector at a smooth border has
-    /// a domain of its own; see PatchBasis.
-    int n_polygon() const noexcept {
-        return border == PatchBorder::Smooth   ? 2 * n_sectors
-               : border == PatchBorder::Pinned ? 4 * n_sectors
-                                               : n_sectors;
-    }
+    /// Sides of the regular polygon that the sectors are a part of: a half at borders. One
+    /// sector there has a domain of its own; see PatchBasis.
+    int n_polygon() const noexcept { return is_open() ? 2 * n_sectors : n_sectors; }
 
     int n_points() const noexcept {
         const int d = degree;

@@ -100,8 +100,27 @@ Result<Net> read_net(const Json& j, const std::filesystem::path& file) {
     if (!read_int(j, "d", kMinDegree, kMaxDegree, net.patch_class.degree))
         return bad_net(
             file, fmt::format("'d' is no degree from {} to {}", kMinDegree, kMaxDegree));
-    if (!read_int(j, "n", 3, 100000, net.patch_class.n_sectors))
-        return bad_net(file, "'n' is no number of sides from 3 to 100000");
+    const std::string border = j.contains("border") && j["border"].is_string()
+                                   ? j["border"].get<std::string>()
+                                   : std::string();
+    if (!border.empty()) {
+        // The names say what of a polygon the sectors are.
+        const bool smooth = border == "smooth";
+        if (!smooth && border != "pinned, half" && border != "pinned, triangle")
+            return bad_net(file,
+                           "'border' is not \"smooth\", \"pinned, half\" or "
+                           "\"pinned, triangle\"");
+        net.patch_class.border = smooth ? PatchBorder::Smooth : PatchBorder::Pinned;
+    }
+    if (j.contains("shape") && j["shape"] != "thesis")
+        return bad_net(file, "'shape' is not \"thesis\"");
+    const char* const sectors = border.empty() ? "n" : "n_sectors";
+    const int least = border.empty() ? 3 : 1;
+    if (!read_int(j, sectors, least, 100000, net.patch_class.n_sectors))
+        return bad_net(file, fmt::format("'{}' is no number of sides from {} to 100000",
+                                         sectors, least));
+    if (border == "pinned, triangle" && net.patch_class.n_sectors > 1)
+        return bad_net(file, "only one sector has a triangle");
     const auto n_points = static_cast<std::size_t>(net.patch_class.n_points());
     if (!j.contains("control") || !j["control"].is_array() ||
         j["control"].size() != n_points)

@@ -52,6 +52,10 @@ struct Interval {
     friend Interval operator/(const Interval& a, const Interval& b) {
         return a * outwards(1 / b.hi, 1 / b.lo);
     }
+    /// \pre a.lo >= 0
+    friend Interval sqrt(const Interval& a) {
+        return outwards(std::sqrt(a.lo), std::sqrt(a.hi));
+    }
     Interval& operator+=(const Interval& b) { return *this = *this + b; }
     Interval& operator-=(const Interval& b) { return *this = *this - b; }
     Interval& operator*=(const Interval& b) { return *this = *this * b; }
