@@ -316,6 +316,8 @@ refuses 1 '^osdx: link.obj: .*read-only' info cube.obj --json link.obj
 refuses 1 '^osdx: nowhere/x.json: ' subdivide cube.obj --out x.obj --json nowhere/x.json
 refuses 1 '^osdx: kept.obj/phong.png: ' compare cube.obj --images kept.obj
 [[ $(cat kept.obj) == keep ]] || fail "a read-only file was replaced"
+refuses 2 'names the same file' demo --out . --json ./info.json
+refuses 1 '^osdx: nowhere/x.json: ' demo --out fresh --json nowhere/x.json
 refuses 1 '^osdx: x.jpg: .*\.png' render cube.obj --out x.jpg
 
 # Nothing is left by signals, and the status is theirs. A second file tells that it is begun.
