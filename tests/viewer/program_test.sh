@@ -327,7 +327,7 @@ for signal in INT TERM HUP; do
         cd signals || exit 1
         echo keep >s.obj
         # Signals that are ignored stay so, as INT is in the background: it is set back.
-        env --default-signal="$signal" "$osdx" tessellate ../cube.obj --rate 1024 --out s.obj &
+        env --default-signal="$signal" "$osdx" tessellate ../cube.obj --rate 512 --out s.obj &
         process=$!
         while kill -0 $process 2>/dev/null && [[ $(ls -A | wc -l) == 1 ]]; do
             sleep 0.01
