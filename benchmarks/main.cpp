@@ -5,8 +5,9 @@
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <optional>
+#include <ostream>
+#include <stdexcept>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -14,6 +15,7 @@
 #include <malloc.h>
 #include <nlohmann/json.hpp>
 
+#include <osdx/file.h>
 #include <osdx/mesh_file.h>
 
 #include "benchmarks/meshes.h"
@@ -203,10 +205,13 @@ int run(const Arguments& a) {
     }
     print_table(suite.rows(), a.markdown);
     if (a.json) {
-        std::ofstream file(*a.json);
-        file << to_json(suite.rows()).dump(1) << '\n';
-        if (!file.flush())
-            throw std::runtime_error("cannot write " + a.json->string());
+        const Status written = write_file(*a.json, [&](std::ostream& out) {
+            out << to_json(suite.rows()).dump(1) << '\n';
+        });
+        if (!written) {
+            throw std::runtime_error(
+                fmt::format("{}: {}", a.json->string(), written.error().message));
+        }
     }
     if (suite.failed())
         fmt::print(stderr, "Results differ: see the checks that failed above.\n");

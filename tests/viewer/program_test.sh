@@ -36,6 +36,25 @@ succeeds() {
     done
 }
 
+# warns CODE FILE... -- ARGS: status 0, one warning of that code on stderr, the files are there.
+warns() {
+    local code=$1 files=()
+    shift
+    while [[ $1 != -- ]]; do
+        files+=("$1")
+        shift
+    done
+    shift
+    "$osdx" "$@" >stdout 2>stderr || fail "$*: status $?: $(cat stderr)"
+    [[ $(wc -l <stderr) == 1 ]] && grep -q "^osdx: warning: .* \[$code\]$" stderr ||
+        fail "$*: no $code: $(cat stderr)"
+    [[ -s stdout ]] && fail "$*: stdout: $(cat stdout)"
+    local file
+    for file in "${files[@]}"; do
+        [[ -s $file ]] || fail "$*: no $file"
+    done
+}
+
 # refuses STATUS PATTERN ARGS: that status, one matching line on stderr (usage errors may
 # have more), and no file that was not there before.
 refuses() {
@@ -106,11 +125,18 @@ succeeds colors.ply -- subdivide colors.obj --levels 1 --out colors.ply
 grep -q '^property double red$' colors.ply || fail "subdivide: no colours"
 succeeds groups.obj -- subdivide colors.obj --levels 1 --out groups.obj
 grep -q '^g all$' groups.obj || fail "subdivide: no groups"
-succeeds even.obj -- subdivide colors.obj --degree 2 --out even.obj
-grep -q 'even degrees .* without their groups' stdout || fail "subdivide: $(cat stdout)"
+warns names-dropped even.obj -- subdivide colors.obj --degree 2 --out even.obj
+grep -q 'even degrees .* without their groups' stderr || fail "subdivide: $(cat stderr)"
 grep -q '^g' even.obj && fail "subdivide: groups at degree 2"
 succeeds -- subdivide cube.obj --degree 2 --out even.obj
 [[ -s stdout ]] && fail "subdivide: a note without need: $(cat stdout)"
+warns uvs-dropped even.obj warnings.json -- subdivide textured.obj --degree 2 --out even.obj \
+    --json warnings.json
+tr -d ' \n' <warnings.json | grep -q '"warnings":\[{"code":"uvs-dropped","message":"' ||
+    fail "subdivide: $(cat warnings.json)"
+warns uvs-dropped dropped.ply -- subdivide textured.obj --out dropped.ply
+succeeds warnings.json -- subdivide cube.obj --out dropped.ply --json warnings.json
+grep -q '"warnings": \[\]' warnings.json || fail "subdivide: $(cat warnings.json)"
 {
     printf '%s\n' "$vertices" 'usemtl red'
     sed '3i usemtl blue' <<<"$faces"
@@ -144,9 +170,10 @@ succeeds -- tessellate cube.obj --error 2.5e-4 --out rates.obj --json rates.json
 # The curve of an edge is about a third of the diagonal long: three segments.
 succeeds -- tessellate cube.obj --edge-length 0.14 --out rates.obj --json rates.json
 [[ $(facets) == 54 ]] || fail "--edge-length: $(facets) facets, not 6 x 3 x 3"
-succeeds -- tessellate uv.obj --error 1e-6 --max-rate 3 --out rates.obj --json rates.json
+warns rate-limited -- tessellate uv.obj --error 1e-6 --max-rate 3 --out rates.obj --json rates.json
 [[ $(facets) == 54 ]] || fail "--max-rate: $(facets) facets, not 6 x 3 x 3"
-grep -q '12 of 12 edges have the greatest rate' stdout || fail "--max-rate: $(cat stdout)"
+grep -q '12 of 12 edges have the greatest rate' stderr || fail "--max-rate: $(cat stderr)"
+warns uvs-dropped uv_out.stl -- tessellate uv.obj --rate 2 --out uv_out.stl
 grep -q '"edges_at_max_rate": 12' rates.json || fail "--max-rate: $(cat rates.json)"
 for patch in multisided catmark; do
     "$osdx" tessellate colors.ply --patch "$patch" --rate 2 --out colors.glb 2>stderr ||
@@ -176,6 +203,7 @@ for line in 'creases: *1 semi-sharp (up to 1.5), 4 infinitely sharp' \
     'corners: *1 semi-sharp (up to 2)' 'holes: *1' 'bare: *1 faces'; do
     grep -q "^$line" stdout || fail "info: no $line: $(cat stdout)"
 done
+warns tags-dropped sharp.ply -- subdivide sharp.obj --out sharp.ply
 printf 'face,u,v\n0,0.5,0.5\n1,0.5,0.5\n' >hole.csv
 refuses 1 '^osdx: hole.csv:3: face 1 is a hole' eval sharp.obj --at hole.csv --out x.csv
 printf 'face,u,v\n0,0.5,0.5\n5,0,1\n' >at.csv
@@ -221,9 +249,106 @@ for shade in phong normals reflection mean gauss patches; do
         grep -q 'built without Embree' stderr || fail "render $shade: $(cat stderr)"
 done
 
+# ------------------------------------------------------------------ streams and options
+
+[[ $("$osdx" --version) =~ ^osdx\ [0-9]+\.[0-9]+\.[0-9]+$ ]] || fail "--version: $("$osdx" --version)"
+for command in info subdivide patch eval tessellate compare render demo; do
+    "$osdx" "$command" --help >help || fail "$command --help: status $?"
+    LC_ALL=C grep -q '[^ -~]' help && fail "$command --help: bytes that nobody can read: $(cat help)"
+    for option in --json --version --threads --quiet; do
+        grep -q -- "$option " help || fail "$command --help: no $option"
+    done
+done
+"$osdx" tessellate --help | grep -q 'uv-rule .*corners-plus1,corners-plus2' || fail "--uv-rule: no names"
+succeeds -- info cube.obj --quiet
+[[ -s stdout ]] && fail "--quiet: $(cat stdout)"
+succeeds even.obj warnings.json -- --quiet subdivide textured.obj --degree 2 --out even.obj \
+    --json warnings.json
+grep -q uvs-dropped warnings.json || fail "--quiet: no warnings in JSON"
+succeeds one.obj -- tessellate cube.obj --threads 1 --rate 4 --out one.obj
+succeeds -- --threads 2 info cube.obj
+
+# Standard input and output, as "-" and by their names.
+for out in - /dev/stdout; do
+    succeeds -- tessellate - --format obj --rate 4 --out "$out" <cube.obj
+    cmp -s stdout one.obj || fail "tessellate - --out $out: another mesh"
+done
+succeeds -- subdivide - --format obj --out-format off --out - <cube.obj
+grep -q '^OFF' stdout || fail "--out-format: $(head -1 stdout)"
+succeeds -- eval cube.obj --at - --out - <<<$'face,u,v\n0,0.5,0.5'
+[[ $(wc -l <stdout) == 2 ]] || fail "eval: $(cat stdout)"
+succeeds piped.csv -- eval <(cat cube.obj) --format obj --at <(printf 'face,u,v\n0,0,0\n') --out piped.csv
+"$osdx" info cube.obj --json - >stdout 2>stderr || fail "--json -: status $?"
+[[ -e - ]] && fail "--json -: a file of that name"
+cmp -s stdout <("$osdx" info cube.obj --json /dev/stdout 2>/dev/null) && [[ $(head -c 1 stdout) == '{' ]] ||
+    fail "--json -: $(cat stdout)"
+grep -q '^patches: ' stderr || fail "--json -: no report on stderr"
+"$osdx" info cube.obj --json both.txt >both.txt 2>stderr
+[[ $(head -c 1 both.txt) == '{' && $(tail -c 2 both.txt) == '}' ]] || fail "--json to stdout's file: $(cat both.txt)"
+refuses 2 'stdin needs --format' info - <cube.obj
+refuses 2 'stdout needs --format' tessellate cube.obj --out -
+refuses 2 'stdin can be read once' eval - --format obj --at - --out x.csv <cube.obj
+if [[ -c /dev/full ]]; then
+    for arguments in 'info cube.obj' '--help' '--version' 'tessellate cube.obj --rate 1 --format obj --out -' \
+        'info cube.obj --json -' 'tessellate cube.obj --out /dev/full --format ply'; do
+        # shellcheck disable=SC2086
+        "$osdx" $arguments >/dev/full 2>stderr && fail "$arguments: status 0 though stdout is full"
+        grep -q '^osdx: ' stderr || fail "$arguments: '$(cat stderr)' on a full stdout"
+        [[ -c /dev/full ]] || fail "$arguments: /dev/full is no device any more"
+    done
+fi
+
+# Links stay, modes stay, what is read-only stays, and the other file of a call too.
+echo keep >kept.obj
+ln -s kept.obj link.obj
+chmod 600 kept.obj
+succeeds -- subdivide cube.obj --out link.obj
+[[ -L link.obj && ! -L kept.obj && $(stat -c %a kept.obj) == 600 ]] && grep -q '^f ' kept.obj ||
+    fail "a link as output: $(ls -l link.obj kept.obj)"
+refuses 2 'names the same file' subdivide cube.obj --out kept.obj --json link.obj
+refuses 2 'names the same file' subdivide cube.obj --out x.obj --json ./x.obj
+refuses 2 'names the same file' tessellate cube.obj --format obj --out - --json -
+refuses 2 'names the same file' compare cube.obj --images . --json phong.png
+echo keep >kept.obj
+chmod 400 kept.obj
+refuses 1 '^osdx: kept.obj: .*read-only' subdivide cube.obj --out kept.obj
+refuses 1 '^osdx: link.obj: .*read-only' info cube.obj --json link.obj
+refuses 1 '^osdx: nowhere/x.json: ' subdivide cube.obj --out x.obj --json nowhere/x.json
+refuses 1 '^osdx: kept.obj/phong.png: ' compare cube.obj --images kept.obj
+[[ $(cat kept.obj) == keep ]] || fail "a read-only file was replaced"
+refuses 2 'names the same file' demo --out . --json ./info.json
+refuses 1 '^osdx: nowhere/x.json: ' demo --out fresh --json nowhere/x.json
+refuses 1 '^osdx: x.jpg: .*\.png' render cube.obj --out x.jpg
+
+# Nothing is left by signals, and the status is theirs. A second file tells that it is begun.
+mkdir signals
+for signal in INT TERM HUP; do
+    (
+        cd signals || exit 1
+        echo keep >s.obj
+        # Signals that are ignored stay so, as INT is in the background: it is set back.
+        env --default-signal="$signal" "$osdx" tessellate ../cube.obj --rate 512 --out s.obj &
+        process=$!
+        while kill -0 $process 2>/dev/null && [[ $(ls -A | wc -l) == 1 ]]; do
+            sleep 0.01
+        done
+        kill -"$signal" $process
+        wait $process
+        [[ $? == $((128 + $(kill -l "$signal"))) && $(ls -A) == s.obj && $(cat s.obj) == keep ]]
+    ) 2>stderr || fail "$signal: $(ls -lA signals) $(cat stderr)"
+done
+(
+    ulimit -f 16 -c 0
+    cd signals && "$osdx" tessellate ../cube.obj --rate 64 --out s.obj
+) 2>stderr
+[[ $? == 153 && $(ls -A signals) == s.obj ]] || fail "XFSZ: $(ls -lA signals) $(cat stderr)"
+
 # ------------------------------------------------------------------ bad usage
 
 refuses 2 'subcommand'
+refuses 2 "no subcommand 'foo'" foo
+refuses 2 "no subcommand 'foo'" foo cube.obj
+refuses 2 'threads' info cube.obj --threads 0
 refuses 2 'MESH' info
 refuses 2 'degree' info cube.obj --degree 1
 refuses 2 'degree' info cube.obj --degree three

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <osdx/build_patch_table.h>
 #include <osdx/face_varying.h>
@@ -24,6 +25,10 @@ inline constexpr std::array<std::string_view, 3> kBoundaryRuleNames = {
 struct CommandOptions {
     std::filesystem::path input;
     std::filesystem::path out;
+    std::string format;             ///< of files whose names do not tell: "obj"
+    std::string out_format;         ///< of `out`, whatever its name
+    bool quiet = false;             ///< no report to people, no warnings, no bar
+    bool report_on_stderr = false;  ///< for people, as stdout carries data
     std::filesystem::path at;
     std::filesystem::path json;
     std::filesystem::path images;
@@ -47,7 +52,7 @@ struct CommandOptions {
     double azimuth = 35, elevation = 25;
 };
 
-/// Each prints its report on stdout and, where options.json is set, writes it as JSON.
+/// Each prints its report to people and, where options.json is set, writes it as JSON.
 /// The message of an Error names the file and the line.
 Status info_command(const CommandOptions& options);
 Status subdivide_command(const CommandOptions& options);
@@ -57,5 +62,8 @@ Status tessellate_command(const CommandOptions& options);
 Status compare_command(const CommandOptions& options);
 Status render_command(const CommandOptions& options);
 Status demo_command(const CommandOptions& options);
+
+/// The files that `demo` makes in its folder.
+std::vector<std::filesystem::path> demo_files(const std::filesystem::path& folder);
 
 }  // namespace osdx::cli

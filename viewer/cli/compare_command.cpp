@@ -100,7 +100,7 @@ Status add_family(const Job& job, const LimitSurface& limit,
                   Findings& findings) {
     CommandOptions others = options;
     others.patch = options.with;
-    Result<Job> other = load_job(others);
+    Result<Job> other = build_job(job.mesh, others);  // the file may be a pipe
     if (!other)
         return other.error();
     const Result<Measures> m = measure(*other, limit, options.rate, progress);
@@ -139,7 +139,7 @@ Status draw_pictures(const Job& job, const LimitSurface& limit,
 }  // namespace
 
 Status compare_command(const CommandOptions& options) {
-    ProgressBar progress;
+    ProgressBar progress(options);
     progress.stage("laying patches");
     Result<Job> job = load_job(options, progress.work());
     if (!job)
@@ -177,7 +177,7 @@ Status compare_command(const CommandOptions& options) {
         if (const Status s = add(*job, *limit, options, progress, f); !s)
             return s;
     }
-    if (const Status s = write_report(options, f.report); !s)
+    if (const Status s = write_report(options, f.report, progress); !s)
         return s;
     progress.print(f.lines);
     return ok();

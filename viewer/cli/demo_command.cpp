@@ -5,6 +5,7 @@
 #include <ostream>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -137,21 +138,39 @@ Status demo_command(const CommandOptions& options) {
     own.input = options.out / "valve_body.obj";
     if (const Status s = write_demo_mesh(own.input); !s)
         return s;
-    fmt::print("The mesh, {}:\n", own.input.string());
+    {
+        ProgressBar progress(options);
+        progress.print(fmt::format("The mesh, {}:\n", own.input.string()));
+    }
     own.json = options.out / "info.json";
     if (const Status s = info_command(own); !s)
         return s;
 
-    ProgressBar progress;
+    ProgressBar progress(options);
     const Result<Json> table = compare_degrees(own, progress);
     if (!table)
         return table.error();
-    own.json = options.out / "compare.json";
-    if (const Status s = write_report(own, *table); !s)
-        return s;
-    if (const Status s = show_cubic(own, progress); !s)
-        return s;
-    return show_quintic(own, progress);
+    const auto file = options.out / "compare.json";
+    const Status s =
+        write_file(file, [&](std::ostream& out) { out << table->dump(2) << '\n'; });
+    if (!s)
+        return in_file(s.error(), file);
+    if (const Status shown = show_cubic(own, progress); !shown)
+        return shown;
+    if (const Status shown = show_quintic(own, progress); !shown)
+        return shown;
+    Json files = Json::array();
+    for (const std::filesystem::path& made : demo_files(options.out))
+        files.push_back(made.string());
+    return write_report(options, {{"files", files}, {"degrees", *table}}, progress);
+}
+
+std::vector<std::filesystem::path> demo_files(const std::filesystem::path& folder) {
+    std::vector<std::filesystem::path> files = picture_files(folder);
+    for (const char* name : {"valve_body.obj", "info.json", "compare.json", "surface.glb",
+                             "reflection_catmark.png", "reflection_degree5.png"})
+        files.push_back(folder / name);
+    return files;
 }
 
 }  // namespace osdx::cli

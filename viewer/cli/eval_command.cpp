@@ -3,10 +3,11 @@
 
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <ostream>
+#include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -45,10 +46,10 @@ bool parse_field(std::string_view& line, char end, T& value) {
 Result<std::vector<Address>> read_addresses(const std::filesystem::path& file,
                                             const PatchTable& patches) {
     const Index n_faces = patches.base().n_faces();
-    std::ifstream in(file);
-    if (!in)
-        return in_file(fail(ErrorCode::FileUnreadable, "the file cannot be opened"),
-                       file);
+    Result<std::string> content = read_file(file);
+    if (!content)
+        return in_file(content.error(), file);
+    std::istringstream in(std::move(*content));
     std::vector<Address> addresses;
     std::string text;
     for (Index line = 1; std::getline(in, text); ++line) {
@@ -98,7 +99,7 @@ Result<std::vector<Address>> read_addresses(const std::filesystem::path& file,
 }  // namespace
 
 Status eval_command(const CommandOptions& options) {
-    ProgressBar progress;
+    ProgressBar progress(options);
     progress.stage("laying patches");
     const Result<Job> job = load_job(options, progress.work());
     if (!job)
@@ -127,7 +128,7 @@ Status eval_command(const CommandOptions& options) {
     });
     if (!s)
         return in_file(s.error(), options.out);
-    return write_report(options, {{"points", at->size()}});
+    return write_report(options, {{"points", at->size()}}, progress);
 }
 
 }  // namespace osdx::cli

@@ -14,6 +14,7 @@
 
 #include "viewer/cli/commands.h"
 #include "viewer/cli/job.h"
+#include "viewer/cli/progress.h"
 
 namespace osdx::cli {
 namespace {
@@ -63,7 +64,7 @@ Json info_report(const Job& job, const Features& features, int degree) {
             {"control_points", count_control_points(patches)}};
 }
 
-void print_mesh(const Json& mesh, bool ignore_tags) {
+std::string mesh_lines(const Json& mesh, bool ignore_tags) {
     const bool closed = mesh["closed"].get<bool>();
     const auto components = mesh["components"].get<Index>(),
                loops = mesh["boundary_loops"].get<Index>();
@@ -71,40 +72,48 @@ void print_mesh(const Json& mesh, bool ignore_tags) {
         closed ? "closed"
                : fmt::format("open with {} boundary edges in {} loop{}",
                              mesh["boundary_edges"].get<Index>(), loops, plural(loops));
-    fmt::print("{} vertices, {} edges, {} faces, {}; {} component{}, Euler number {}\n",
-               mesh["vertices"].get<Index>(), mesh["edges"].get<Index>(),
-               mesh["faces"].get<Index>(), border, components, plural(components),
-               mesh["euler"].get<long long>());
-    fmt::print("valences:   {}\n", one_line(mesh["valences"]));
+    std::string lines = fmt::format(
+        "{} vertices, {} edges, {} faces, {}; {} component{}, Euler number {}\n",
+        mesh["vertices"].get<Index>(), mesh["edges"].get<Index>(),
+        mesh["faces"].get<Index>(), border, components, plural(components),
+        mesh["euler"].get<long long>());
+    lines += fmt::format("valences:   {}\n", one_line(mesh["valences"]));
     if (!closed)
-        fmt::print("at borders: {} (faces)\n", one_line(mesh["boundary_valences"]));
-    fmt::print("face sizes: {}\n", one_line(mesh["face_sizes"]));
+        lines +=
+            fmt::format("at borders: {} (faces)\n", one_line(mesh["boundary_valences"]));
+    lines += fmt::format("face sizes: {}\n", one_line(mesh["face_sizes"]));
     const Json& tags = mesh["tags"];
-    fmt::print("tags:       {}{}\n", one_line(tags),
-               ignore_tags && !tags.empty() ? " (ignored)" : "");
-    fmt::print("{}", feature_lines(mesh["features"], closed));
+    lines += fmt::format("tags:       {}{}\n", one_line(tags),
+                         ignore_tags && !tags.empty() ? " (ignored)" : "");
+    lines += feature_lines(mesh["features"], closed);
     if (const auto n_bare = mesh["faces_without_surface"].get<Index>(); n_bare > 0)
-        fmt::print("bare:       {} faces without surface\n", n_bare);
+        lines += fmt::format("bare:       {} faces without surface\n", n_bare);
     if (const Json& unused = mesh["unused_vertices"]; !unused.empty()) {
-        fmt::print("unused:     {} vertices that no face uses, the first is {}\n",
-                   unused.size(), unused[0].get<Index>());
+        lines +=
+            fmt::format("unused:     {} vertices that no face uses, the first is {}\n",
+                        unused.size(), unused[0].get<Index>());
     }
+    return lines;
 }
 
-void print_patches(const PatchTable& patches, const Json& report) {
+std::string patch_lines(const PatchTable& patches, const Json& report) {
     const int n_steps = patches.n_levels() - 1;
-    fmt::print("degree {}: {} level{} of refinement, {} control points\n",
-               report["degree"].get<int>(), n_steps, plural(n_steps),
-               report["control_points"].get<Index>());
-    fmt::print("patches:    {}\n", patch_summary(patches));
+    std::string lines =
+        fmt::format("degree {}: {} level{} of refinement, {} control points\n",
+                    report["degree"].get<int>(), n_steps, plural(n_steps),
+                    report["control_points"].get<Index>());
+    lines += fmt::format("patches:    {}\n", patch_summary(patches));
     for (int level = 0; level < patches.n_levels(); ++level)
-        fmt::print("  level {}:  {}\n", level, patch_summary(patches, level));
+        lines += fmt::format("  level {}:  {}\n", level, patch_summary(patches, level));
+    return lines;
 }
 
 }  // namespace
 
 Status info_command(const CommandOptions& options) {
-    const Result<Job> job = load_job(options);
+    ProgressBar progress(options);
+    progress.stage("laying patches");
+    const Result<Job> job = load_job(options, progress.work());
     if (!job)
         return job.error();
     const Result<Features> features =
@@ -112,10 +121,10 @@ Status info_command(const CommandOptions& options) {
     if (!features)
         return in_file(features.error(), options.input);
     const Json report = info_report(*job, *features, options.patches.degree);
-    if (const Status s = write_report(options, report); !s)
+    if (const Status s = write_report(options, report, progress); !s)
         return s;
-    print_mesh(report["mesh"], options.features.ignore_tags);
-    print_patches(job->surface.patches(), report);
+    progress.print(mesh_lines(report["mesh"], options.features.ignore_tags) +
+                   patch_lines(job->surface.patches(), report));
     return ok();
 }
 

@@ -3,7 +3,11 @@
 
 #include "viewer/cli/job.h"
 
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <ostream>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -18,6 +22,20 @@
 #include <osdx/topology.h>
 
 namespace osdx::cli {
+namespace {
+
+/// The extension of a path where it is one of `known`; else that of --format, if that is given.
+template <std::size_t N>
+std::string extension_of(const std::filesystem::path& path, const std::string& format,
+                         const std::array<std::string_view, N>& known) {
+    std::string extension = path.extension().string();
+    const auto is_this = [&](std::string_view k) { return is_extension(extension, k); };
+    if (format.empty() || std::ranges::any_of(known, is_this))
+        return extension;
+    return "." + format;
+}
+
+}  // namespace
 
 Error in_file(Error error, const std::filesystem::path& file) {
     error.message = error.line > 0 ? fmt::format("{}:{}: {}", file.string(), error.line,
@@ -85,18 +103,34 @@ Result<LimitSurface> Job::build_limit(Channels<const double> channels, int first
     return LimitSurface::build(surface.base(), surface.features(), values, isolation);
 }
 
-Result<Job> load_job(const CommandOptions& options, Progress* progress) {
-    Result<MeshData> mesh = read_mesh(options.input);
+Result<MeshData> read_input(const CommandOptions& options) {
+    constexpr std::array<std::string_view, 3> kKnown = {".obj", ".off", ".ply"};
+    const Result<std::string> text = read_file(options.input);
+    if (!text)
+        return in_file(text.error(), options.input);
+    Result<MeshData> mesh =
+        parse_mesh(*text, extension_of(options.input, options.format, kKnown));
     if (!mesh)
         return in_file(mesh.error(), options.input);
+    return mesh;
+}
+
+Result<Job> load_job(const CommandOptions& options, Progress* progress) {
+    Result<MeshData> mesh = read_input(options);
+    if (!mesh)
+        return mesh.error();
+    return build_job(std::move(*mesh), options, progress);
+}
+
+Result<Job> build_job(MeshData mesh, const CommandOptions& options, Progress* progress) {
     Stopwatch watch;
     PatchTableOptions patches = options.patches;
     patches.family =
         options.patch == "gregory" ? PatchFamily::Gregory : PatchFamily::Multisided;
-    Result<Surface> surface = Surface::build(*mesh, patches, options.features, progress);
+    Result<Surface> surface = Surface::build(mesh, patches, options.features, progress);
     if (!surface)
         return in_file(surface.error(), options.input);
-    Job job{std::move(*mesh), std::move(*surface), std::nullopt, watch.lap()};
+    Job job{std::move(mesh), std::move(*surface), std::nullopt, watch.lap()};
     if (options.patch == "catmark") {
         Result<LimitSurface> limit = job.build_limit(options.limit_isolation);
         if (!limit)
@@ -118,11 +152,29 @@ Status written(Status status, const std::filesystem::path& file) {
     return status ? std::move(status) : in_file(status.error(), file);
 }
 
-Status write_report(const CommandOptions& options, const Json& report) {
+bool is_extension(std::string_view extension, std::string_view lower) {
+    return std::ranges::equal(extension, lower, {},
+                              [](unsigned char c) { return std::tolower(c); });
+}
+
+std::string output_extension(const CommandOptions& options) {
+    constexpr std::array<std::string_view, 5> kKnown = {".obj", ".off", ".ply", ".stl",
+                                                        ".glb"};
+    if (!options.out_format.empty())
+        return "." + options.out_format;
+    return extension_of(options.out, options.format, kKnown);
+}
+
+Status write_report(const CommandOptions& options, Json report,
+                    const ProgressBar& progress) {
     if (options.json.empty())
         return ok();
-    return write_file(options.json,
-                      [&](std::ostream& out) { out << report.dump(2) << '\n'; });
+    report["warnings"] = progress.warnings();
+    // Names of a mesh may have bytes that are no UTF-8.
+    const std::string text = report.dump(2, ' ', false, Json::error_handler_t::replace);
+    return written(
+        write_file(options.json, [&](std::ostream& out) { out << text << '\n'; }),
+        options.json);
 }
 
 }  // namespace osdx::cli

@@ -6,6 +6,8 @@
 #include <chrono>
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <string_view>
 
 #include <osdx/mesh_data.h>
 #include <osdx/opensubdiv/limit_surface.h>
@@ -16,6 +18,7 @@
 #include <osdx/texture.h>
 
 #include "viewer/cli/commands.h"
+#include "viewer/cli/progress.h"
 #include "viewer/cli/report.h"
 
 namespace osdx::cli {
@@ -44,7 +47,12 @@ struct Job {
     Result<LimitSurface> build_limit(Channels<const double> channels, int first,
                                      int isolation) const;
 };
+/// The mesh of options.input: of the format that its name tells, or of --format.
+Result<MeshData> read_input(const CommandOptions& options);
 /// \param progress  null, or told how far the surface is
+Result<Job> build_job(MeshData mesh, const CommandOptions& options,
+                      Progress* progress = nullptr);
+/// Both of them.
 Result<Job> load_job(const CommandOptions& options, Progress* progress = nullptr);
 
 /// The texture coordinates of a job's mesh, over the same faces as its surface.
@@ -53,8 +61,16 @@ Result<TextureSurface> load_texture(const Job& job, const CommandOptions& option
 /// A failed write, with the file before its message.
 Status written(Status status, const std::filesystem::path& file);
 
-/// Writes the report where --json asks for it.
-Status write_report(const CommandOptions& options, const Json& report);
+/// The format of options.out, as an extension: that of --out-format, or that its name tells, or
+/// that of --format.
+std::string output_extension(const CommandOptions& options);
+
+/// Whether an extension is that one, in any case of its letters.
+bool is_extension(std::string_view extension, std::string_view lower);
+
+/// Writes the report where --json asks for it, with the warnings until now.
+Status write_report(const CommandOptions& options, Json report,
+                    const ProgressBar& progress);
 
 class Stopwatch {
 public:

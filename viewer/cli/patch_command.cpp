@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -22,6 +21,7 @@
 #include "far/patches/gregory_net.h"
 #include "viewer/cli/commands.h"
 #include "viewer/cli/job.h"
+#include "viewer/cli/progress.h"
 
 namespace osdx::cli {
 namespace {
@@ -60,11 +60,10 @@ bool read_int(const Json& j, const char* key, int least, int most, int& out) {
 }
 
 Result<Json> read_json(const std::filesystem::path& file) {
-    std::ifstream in(file);
-    if (!in)
-        return in_file(fail(ErrorCode::FileUnreadable, "the file cannot be opened"),
-                       file);
-    Json j = Json::parse(in, nullptr, false);
+    const Result<std::string> text = read_file(file);
+    if (!text)
+        return in_file(text.error(), file);
+    Json j = Json::parse(*text, nullptr, false);
     if (j.is_discarded() || !j.is_object())
         return bad_net(file, "this is no JSON object");
     return j;
@@ -337,15 +336,17 @@ Result<Json> evaluate_patch_file(const std::filesystem::path& file) {
 }  // namespace
 
 Status patch_command(const CommandOptions& options) {
+    const ProgressBar progress(options);
     const Result<Json> evaluated = evaluate_patch_file(options.input);
     if (!evaluated)
         return evaluated.error();
     const Json& report = *evaluated;
-    const Status s = write_file(
-        options.out, [&](std::ostream& out) { out << report.dump(1) << '\n'; });
+    const Status s = write_file(options.out, [&](std::ostream& out) {
+        out << report.dump(1, ' ', false, Json::error_handler_t::replace) << '\n';
+    });
     if (!s)
         return in_file(s.error(), options.out);
-    return write_report(options, report);
+    return write_report(options, report, progress);
 }
 
 }  // namespace osdx::cli

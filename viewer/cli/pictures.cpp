@@ -23,6 +23,13 @@ namespace osdx::cli {
 
 using namespace render;
 
+std::vector<std::filesystem::path> picture_files(const std::filesystem::path& folder) {
+    std::vector<std::filesystem::path> files;
+    for (const auto& picture : kPictures)
+        files.push_back(folder / fmt::format("{}.png", picture.second));
+    return files;
+}
+
 PictureInput job_picture(const Job& job) {
     PictureInput input = picture_input(job.surface);
     if (job.limit) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <osdx/opensubdiv/limit_surface.h>
 #include <osdx/surface.h>
@@ -26,6 +27,9 @@ inline constexpr std::array kPictures = {
     std::pair(render::Shade::Normals, std::string_view("normals")),
     std::pair(render::Shade::Distance, std::string_view("distance")),
 };
+
+/// The files of them all.
+std::vector<std::filesystem::path> picture_files(const std::filesystem::path& folder);
 
 /// The picture input of a job. The limit surface has no patches of ours to show.
 render::PictureInput job_picture(const Job& job);

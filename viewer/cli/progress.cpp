@@ -3,15 +3,20 @@
 
 #include "viewer/cli/progress.h"
 
+#include <cerrno>
 #include <cstdio>
+#include <system_error>
 
 #include <fmt/format.h>
 #include <unistd.h>
 
 namespace osdx::cli {
 
-ProgressBar::ProgressBar() : start_(std::chrono::steady_clock::now()) {
-    if (isatty(STDERR_FILENO))
+ProgressBar::ProgressBar(const CommandOptions& options)
+    : out_(options.report_on_stderr ? stderr : stdout),
+      quiet_(options.quiet),
+      start_(std::chrono::steady_clock::now()) {
+    if (!quiet_ && isatty(STDERR_FILENO))
         thread_ = std::thread([this] { run(); });
 }
 
@@ -33,10 +38,23 @@ void ProgressBar::stage(std::string name) {
 }
 
 void ProgressBar::print(const std::string& text) {
+    if (quiet_)
+        return;
     const std::lock_guard lock(mutex_);
     wipe();
-    std::fwrite(text.data(), 1, text.size(), stdout);
-    std::fflush(stdout);
+    const bool printed = std::fwrite(text.data(), 1, text.size(), out_) == text.size() &&
+                         std::fflush(out_) == 0;
+    if (!printed && out_ == stdout)
+        throw std::system_error(errno, std::generic_category(), "standard output");
+}
+
+void ProgressBar::warn(std::string_view code, const std::string& message) {
+    warnings_.push_back({{"code", code}, {"message", message}});
+    if (quiet_)
+        return;
+    const std::lock_guard lock(mutex_);
+    wipe();
+    fmt::print(stderr, "osdx: warning: {} [{}]\n", message, code);
 }
 
 void ProgressBar::run() {

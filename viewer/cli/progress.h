@@ -5,20 +5,26 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdio>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include <osdx/progress.h>
 
+#include "viewer/cli/commands.h"
+#include "viewer/cli/report.h"
+
 namespace osdx::cli {
 
-/// Shows on a terminal what the program is doing, once it has been at it for two seconds: how
+/// What a subcommand tells people. Shows on a terminal what the program is doing, once it has been at it for two seconds: how
 /// much of it is done, and about how long it will take, where that is known.
-/// Silent where stderr is no terminal. The line is wiped at the end.
+/// The line is not shown where stderr is no terminal, and wiped at the end. With
+/// options.quiet nothing is shown or printed.
 class ProgressBar {
 public:
-    ProgressBar();
+    explicit ProgressBar(const CommandOptions& options);
     ~ProgressBar();
     ProgressBar(const ProgressBar&) = delete;
     ProgressBar& operator=(const ProgressBar&) = delete;
@@ -28,14 +34,23 @@ public:
     /// To be handed to the call that does it.
     Progress* work() noexcept { return &work_; }
 
-    /// Prints on stdout, above the line.
+    /// Prints on stdout, or on stderr where stdout carries data, above the line. Throws
+    /// std::system_error where stdout does not take it.
     void print(const std::string& text);
+    /// Prints on stderr, above the line: that the result is not all that one may expect.
+    /// \param code  for programs, and of theirs: "uvs-dropped"
+    void warn(std::string_view code, const std::string& message);
+    /// All of them, for the report: [{"code", "message"}].
+    const Json& warnings() const noexcept { return warnings_; }
 
 private:
     void run();
     std::string line() const;
     void wipe();
 
+    std::FILE* out_;
+    bool quiet_;
+    Json warnings_ = Json::array();
     std::chrono::steady_clock::time_point start_;
     std::mutex mutex_;
     std::condition_variable wake_;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <optional>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
@@ -20,7 +21,15 @@
 namespace osdx::cli {
 
 Status render_command(const CommandOptions& options) {
-    ProgressBar progress;
+    const std::string extension = options.out.extension().string();
+    if (!extension.empty() && !is_extension(extension, ".png")) {
+        return in_file(fail(ErrorCode::InvalidOption,
+                            fmt::format("the extension '{}' is not .png: pictures are "
+                                        "written as PNG only",
+                                        extension)),
+                       options.out);
+    }
+    ProgressBar progress(options);
     progress.stage("laying patches");
     const Result<Job> job = load_job(options, progress.work());
     if (!job)
@@ -59,11 +68,13 @@ Status render_command(const CommandOptions& options) {
         write_picture(input, picture, *render::parse_shade(options.shade), options.out);
     if (!s)
         return s;
-    return write_report(options, {{"mesh", mesh_report(job->surface.base())},
-                                  {"patches", patch_counts(job->surface.patches())},
-                                  {"width", options.width},
-                                  {"height", options.height},
-                                  {"shade", options.shade}});
+    return write_report(options,
+                        {{"mesh", mesh_report(job->surface.base())},
+                         {"patches", patch_counts(job->surface.patches())},
+                         {"width", options.width},
+                         {"height", options.height},
+                         {"shade", options.shade}},
+                        progress);
 }
 
 }  // namespace osdx::cli

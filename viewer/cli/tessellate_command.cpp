@@ -2,10 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
+#include <ostream>
+#include <string>
+#include <string_view>
 
 #include <fmt/format.h>
 
+#include <osdx/channels.h>
 #include <osdx/displace.h>
+#include <osdx/file.h>
 #include <osdx/files/tessellation_file.h>
 #include <osdx/tessellation_rates.h>
 #include <osdx/texture.h>
@@ -46,10 +51,42 @@ Status displace_by_image(Tessellation& t, const Job& job, const TextureSurface& 
     return ok();
 }
 
+/// Of what the format of a file has no place for.
+void warn_of_format(const Tessellation& t, std::string_view extension,
+                    ProgressBar& progress) {
+    const bool is_obj = is_extension(extension, ".obj"),
+               is_stl = is_extension(extension, ".stl");
+    if (is_stl && !t.texcoords.empty())
+        progress.warn("uvs-dropped", "STL files have no texture coordinates");
+    const auto is_dropped = [&](const NamedChannels& c) {
+        return is_stl || (is_obj && c.name != kColorName);
+    };
+    if (std::ranges::any_of(t.channels, is_dropped)) {
+        progress.warn("channels-dropped",
+                      is_stl ? "STL files have no colours and other channels"
+                             : "OBJ files have no channels beside colours");
+    }
+}
+
+Status write_surface(const Tessellation& t, const MeshData& mesh,
+                     const CommandOptions& options, const std::string& extension) {
+    if (extension == options.out.extension())
+        return written(write_tessellation(options.out, t, &mesh), options.out);
+    const Result<std::string> text = format_tessellation(t, extension, &mesh);
+    if (!text)
+        return in_file(text.error(), options.out);
+    return written(write_file(options.out, [&](std::ostream& out) { out << *text; }),
+                   options.out);
+}
+
 }  // namespace
 
 Status tessellate_command(const CommandOptions& options) {
-    ProgressBar progress;
+    ProgressBar progress(options);
+    const std::string extension = output_extension(options);
+    const Result<std::string> format = format_tessellation({}, extension);
+    if (!format && format.error().code == ErrorCode::InvalidOption)
+        return in_file(format.error(), options.out);
     progress.stage("laying patches");
     const Result<Job> job = load_job(options, progress.work());
     if (!job)
@@ -83,9 +120,8 @@ Status tessellate_command(const CommandOptions& options) {
     if (const Status s = job->add_channels(t, options.limit_isolation); !s)
         return in_file(s.error(), options.input);
     progress.stage("writing");
-    if (const Status s =
-            written(write_tessellation(options.out, t, &job->mesh), options.out);
-        !s)
+    warn_of_format(t, extension, progress);
+    if (const Status s = write_surface(t, job->mesh, options, extension); !s)
         return s;
     Json report = {{"mesh", mesh_report(job->surface.base())},
                    {"points", t.positions.size()},
@@ -99,12 +135,13 @@ Status tessellate_command(const CommandOptions& options) {
             {"edges_at_max_rate", n_greatest},
         };
         if (n_greatest > 0) {
-            progress.print(
-                fmt::format("{} of {} edges have the greatest rate, --max-rate {}\n",
+            progress.warn(
+                "rate-limited",
+                fmt::format("{} of {} edges have the greatest rate, --max-rate {}",
                             n_greatest, measured.edges.size(), options.max_rate));
         }
     }
-    return write_report(options, report);
+    return write_report(options, report, progress);
 }
 
 }  // namespace osdx::cli

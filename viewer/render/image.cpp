@@ -129,7 +129,12 @@ Result<HeightMap> read_heights(const std::filesystem::path& path) {
         return fail(ErrorCode::FileUnreadable,
                     fmt::format("{}: {}", path.string(), png.message));
     };
-    if (!png_image_begin_read_from_file(&png, path.c_str()))
+    const Result<std::string> bytes = read_file(path);
+    if (!bytes) {
+        return fail(bytes.error().code,
+                    fmt::format("{}: {}", path.string(), bytes.error().message));
+    }
+    if (!png_image_begin_read_from_memory(&png, bytes->data(), bytes->size()))
         return unreadable();
     // In the bits that the file has: another width would be bent by a curve.
     const bool wide = (png.format & PNG_FORMAT_FLAG_LINEAR) != 0;
