@@ -20,7 +20,7 @@ enum class ErrorCode : std::uint8_t {
     IndexOutOfRange,    ///< a face names a vertex that does not exist
     FaceTooSmall,       ///< a face has fewer than three vertices
     RepeatedVertex,     ///< a face names a vertex twice
-    NonFinitePoint,     ///< a position is NaN or infinite
+    NonFinitePoint,     ///< a position is NaN, infinite or out of range
     NonManifoldEdge,    ///< an edge has three or more faces
     OppositeFaces,      ///< two faces run along their common edge in the same direction
     NonManifoldVertex,  ///< a vertex has two or more fans of faces

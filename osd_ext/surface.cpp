@@ -26,6 +26,7 @@
 #include <osdx/tessellate.h>
 #include <osdx/topology.h>
 
+#include "far/mesh/position_range.h"
 #include "far/parallel.h"
 
 namespace osdx::inline OSDX_ABI {
@@ -52,17 +53,12 @@ Status check_positions(Channels<const T> positions, std::size_t n, Vertex&& vert
         return fail(ErrorCode::SizeMismatch,
                     fmt::format("positions have 3 channels, not {}", positions.n));
     }
-    const Index i = detail::first_index(n, [&](Index k) {
-        const T* p = positions[k];
-        return !std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]);
-    });
-    if (i == kInvalidIndex)
-        return ok();
-    const T* p = positions[i];
-    return fail(ErrorCode::NonFinitePoint,
-                fmt::format("vertex {} has the position ({}, {}, {})", vertex(i), p[0],
-                            p[1], p[2]),
-                vertex(i));
+    return detail::check_range(positions, n, vertex, [](Index) { return Index(0); });
+}
+
+Error moved_from() {
+    return fail(ErrorCode::SizeMismatch,
+                "the surface was moved from and has no vertices");
 }
 
 }  // namespace
@@ -103,6 +99,14 @@ struct Surface::Impl {
     static Result<Surface> build(const Mesh& mesh, Channels<const T> positions,
                                  FeaturesOf&& features_of,
                                  const PatchTableOptions& options, Progress* progress);
+
+    /// Of no faces: what a surface that was moved from is.
+    static const Impl& none() {
+        static const Impl impl(
+            *build_patch_table(Topology(), Features(), PatchTableOptions()),
+            Channels<const double>{nullptr, 3, 3});
+        return impl;
+    }
 
     const PatchTable table;  // stays put: the evaluator refers to it
     std::optional<Evaluator> evaluator;
@@ -167,23 +171,27 @@ Surface::Surface(Surface&&) noexcept = default;
 Surface& Surface::operator=(Surface&&) noexcept = default;
 Surface::~Surface() = default;
 
+const Surface::Impl& Surface::impl() const noexcept {
+    return impl_ ? *impl_ : Impl::none();
+}
+
 const Topology& Surface::base() const noexcept {
-    return impl_->table.base();
+    return impl().table.base();
 }
 const ResolvedFeatures& Surface::features() const noexcept {
-    return impl_->table.features();
+    return impl().table.features();
 }
 const PatchTable& Surface::patches() const noexcept {
-    return impl_->table;
+    return impl().table;
 }
 const Evaluator& Surface::evaluator() const noexcept {
-    return *impl_->evaluator;
+    return *impl().evaluator;
 }
 std::span<const Vec3<double>> Surface::points() const noexcept {
-    return impl_->points;
+    return impl().points;
 }
 std::span<const Index> Surface::unused_vertices() const noexcept {
-    return impl_->unused_vertices;
+    return impl().unused_vertices;
 }
 
 SurfaceJet<double> Surface::evaluate(const Address& where, Chart chart) const noexcept {
@@ -204,9 +212,13 @@ Status Surface::set_positions(std::span<const Vec3<double>> positions) {
 }
 
 Status Surface::set_positions(Channels<const float> positions) {
+    if (!impl_)
+        return moved_from();
     return impl_->set_checked(positions);
 }
 Status Surface::set_positions(Channels<const double> positions) {
+    if (!impl_)
+        return moved_from();
     return impl_->set_checked(positions);
 }
 
@@ -240,6 +252,8 @@ Result<Change> Surface::dependents(std::span<const Index> vertices) {
                         v);
         }
     }
+    if (!impl_)
+        return moved_from();
     if (!impl_->dependents)
         impl_->dependents.emplace(patches());
     return impl_->dependents->of(vertices);
@@ -297,7 +311,7 @@ void Surface::refresh(Channels<const double> vertices, const Change& change,
 
 AddressReport Surface::evaluate(std::span<const Address> where, int order,
                                 Channels<double> out, Chart chart) const {
-    return evaluate({&impl_->points.data()->x, 3 * impl_->points.size()}, 3, where, order,
+    return evaluate({&impl().points.data()->x, 3 * impl().points.size()}, 3, where, order,
                     out, chart);
 }
 AddressReport Surface::evaluate(std::span<const float> values, int n_channels,
@@ -313,6 +327,9 @@ AddressReport Surface::evaluate(std::span<const double> values, int n_channels,
 
 void Surface::add_base_weights(const Address& where, int r, double scale,
                                std::span<double> weights) const {
+    if (!patches().has_point(where) || r < 0 || r >= n_derivatives(2) ||
+        weights.size() != base().n_vertices())
+        return;
     const PatchPoint point = patches().locate(where);
     const PatchRef patch = patches().patch(point.patch);
     const std::size_t n = patch.points.size();
@@ -321,7 +338,7 @@ void Surface::add_base_weights(const Address& where, int r, double scale,
     // From the last point back: each hands its weight on to the points before it.
     std::map<Index, double, std::greater<>> open;
     for (std::size_t i = 0; i < n; ++i)
-        open[patch.points[i]] += scale * all[r * n + i];
+        open[patch.points[i]] += scale * all[static_cast<std::size_t>(r) * n + i];
     const StencilTable& rows = patches().refined_points();
     while (!open.empty()) {
         const auto [index, w] = *open.begin();
@@ -345,7 +362,7 @@ SurfaceFunction surface_function(const Surface& surface, Chart chart) {
 }
 
 Tessellation Surface::tessellate(int rate) const {
-    return osdx::tessellate(evaluator(), impl_->points, rate);
+    return osdx::tessellate(evaluator(), points(), rate);
 }
 Result<Tessellation> Surface::tessellate(int rate, Progress& progress) const {
     return detail::cancellable(&progress, [&]() -> Result<Tessellation> {
@@ -355,7 +372,7 @@ Result<Tessellation> Surface::tessellate(int rate, Progress& progress) const {
 }
 
 Tessellation Surface::tessellate(const TessellationRates& rates) const {
-    return osdx::tessellate(evaluator(), impl_->points, rates);
+    return osdx::tessellate(evaluator(), points(), rates);
 }
 
 }  // namespace osdx::inline OSDX_ABI

@@ -33,7 +33,9 @@ struct Topology;
 /// Build it once per connectivity; set_positions() moves the same mesh. All of it is linear
 /// in the positions.
 ///
-/// Units: those of the mesh. Threads: const members may run at the same time.
+/// A surface that was moved from has no vertices and no faces, until another is moved to it.
+///
+/// Units: those of the mesh, with coordinates between 1e-150 and 1e150 or zero. Threads: const members may run at the same time.
 class OSDX_API Surface {
 public:
     /// \param progress  null, or to watch and cancel it: then Cancelled is returned
@@ -127,10 +129,11 @@ public:
     /// Adds `scale` times the weights of the base vertices for derivative r of the surface
     /// (0: position, then du, dv, duu, duv, dvv) to `weights`: what the surface at this
     /// point does when a vertex moves. Allocates. Of many points: weights_at().
-    /// \pre weights.size() == base().n_vertices()
+    /// Adds nothing where evaluate() gives NaN, for another r, and to another number of weights.
     void add_base_weights(const Address& where, int r, double scale,
                           std::span<double> weights) const;
 
+    /// As osdx::tessellate() does; rates below 1 are 1.
     Tessellation tessellate(int rate) const;
     /// The same as work that may be cancelled.
     Result<Tessellation> tessellate(int rate, Progress& progress) const;
@@ -139,6 +142,7 @@ public:
 private:
     struct Impl;
     explicit Surface(std::unique_ptr<Impl> impl) noexcept;
+    const Impl& impl() const noexcept;
     std::unique_ptr<Impl> impl_;
 };
 

@@ -370,10 +370,11 @@ private:
                 detail::for_each_index(where.size(), [&](Index i) {
                     const double* v = jets.data() + 9 * std::size_t(i);
                     const auto number = static_cast<Index>(first_normal + begin + i);
+                    const Vec3<double> p(v[0], v[1], v[2]);
                     if (number < n_points_)
-                        out_.positions[number] = {v[0], v[1], v[2]};
+                        out_.positions[number] = p;
                     out_.normals[number] =
-                        unit_normal({v[3], v[4], v[5]}, {v[6], v[7], v[8]});
+                        unit_normal(p, {v[3], v[4], v[5]}, {v[6], v[7], v[8]});
                 });
             }
         };
@@ -626,7 +627,7 @@ private:
 
     void add_jet(Index face, const Place& place, Index number, const Vec3<double>& p,
                  const Vec3<double>& du, const Vec3<double>& dv) {
-        out_.normals[number] = unit_normal(du, dv);
+        out_.normals[number] = unit_normal(p, du, dv);
         if (number >= n_points_)
             return;
         out_.positions[number] = p;

@@ -18,6 +18,7 @@
 #include <osdx/build_topology.h>
 #include <osdx/face_varying.h>
 
+#include "far/mesh/position_range.h"
 #include "far/parallel.h"
 
 namespace osdx::inline OSDX_ABI {
@@ -46,16 +47,10 @@ Status check_sizes(const MeshView& data) {
 }
 
 Status check_positions(const MeshData& data) {
-    const Index v = detail::first_index(data.positions.size(), [&](Index i) {
-        const auto& p = data.positions[i];
-        return !std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z);
-    });
-    if (v == kInvalidIndex)
-        return ok();
-    const auto& p = data.positions[v];
-    return fail(ErrorCode::NonFinitePoint,
-                fmt::format("vertex {} has the position ({}, {}, {})", v, p.x, p.y, p.z),
-                v, data.view().line_of_vertex(v));
+    const MeshView view = data.view();
+    return detail::check_range(
+        channels(data.positions.data()), data.positions.size(), [](Index v) { return v; },
+        [&](Index v) { return view.line_of_vertex(v); });
 }
 
 Status check_face(const MeshView& data, Index face, std::span<const Index> vertices) {

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <optional>
 
+#include <fmt/format.h>
+
 #include <osdx/analysis/comparison.h>
 #include <osdx/embree/ray_scene.h>
 #include <osdx/opensubdiv/limit_surface.h>
@@ -61,6 +63,25 @@ Vec3<double> clear_normal(const SurfaceJet<double>& s) {
     return normal(s);
 }
 
+/// Whether the normals say that these are points of two sheets of the surface that lie close by
+/// each other.
+bool look_apart(const SurfaceJet<double>& a, const SurfaceJet<double>& b) {
+    return glm::dot(clear_normal(a), clear_normal(b)) < 0;
+}
+
+/// In units of a power of two, so that squares of lengths are numbers and all that is measured
+/// is the same to the bit.
+SurfaceFunction in_units(const SurfaceFunction& surface, int exponent) {
+    return [&surface, exponent](const QuarterPoint& q) {
+        SurfaceJet<double> s = surface(q);
+        for (Vec3<double>* d : {&s.p, &s.du, &s.dv, &s.duu, &s.duv, &s.dvv}) {
+            for (int i = 0; i < 3; ++i)
+                (*d)[i] = std::ldexp((*d)[i], -exponent);
+        }
+        return s;
+    };
+}
+
 /// Samples (m + 1)^2 points of each quarter, with the weights of the trapezoidal rule.
 Result<Sums> measure_one_way(const Topology& base, const ResolvedFeatures& features,
                              const SurfaceFunction& from, const SurfaceFunction& to,
@@ -81,12 +102,13 @@ Result<Sums> measure_one_way(const Topology& base, const ResolvedFeatures& featu
         const auto closest = [&](const QuarterPoint& start, AtCrease rule) {
             return closest_point(base, features, to, s.p, start, tolerance, rule);
         };
-        ClosestPoint best = closest(q, AtCrease::Cross);
-        if (scene) {
-            const auto hit = scene->rays().nearest(Vec3<float>(s.p));
+        const ClosestPoint same = closest(q, AtCrease::Cross);
+        ClosestPoint best = same;
+        const auto hit = scene ? scene->rays().nearest(s.p) : std::nullopt;
+        if (hit) {
             const QuarterPoint start = to_quarter(base, scene->address(*hit));
             const ClosestPoint other = closest(start, AtCrease::Cross);
-            if (other.distance < best.distance)
+            if (other.distance < best.distance && !look_apart(s, other.jet))
                 best = other;
         }
         const double weight = share * glm::length(glm::cross(s.du, s.dv));
@@ -137,19 +159,29 @@ Result<SurfaceDistance> measure_distance(const Topology& base,
                                          const SurfaceFunction& from,
                                          const SurfaceFunction& to, int rate, double unit,
                                          Progress* progress) {
+    if (!(unit >= 0) || !std::isfinite(unit)) {
+        return fail(ErrorCode::InvalidOption,
+                    fmt::format("distances were to be measured in units of {}", unit));
+    }
     return detail::cancellable(progress, [&]() -> Result<SurfaceDistance> {
+        const int exponent = unit > 0 ? std::ilogb(unit) : 0;
+        // Of a mesh without size all distances are those of rounding, in lengths of the mesh.
+        const double scaled_unit = unit > 0 ? std::ldexp(unit, -exponent) : 1;
+        const SurfaceFunction a = in_units(from, exponent), b = in_units(to, exponent);
         detail::at_stage("measuring distances", 0, 0.5);
-        const Result<Sums> there = measure_one_way(base, features, from, to, rate, unit);
+        const Result<Sums> there =
+            measure_one_way(base, features, a, b, rate, scaled_unit);
         if (!there)
             return there.error();
         detail::at_stage("measuring distances back", 0.5, 1);
-        const Result<Sums> back = measure_one_way(base, features, to, from, rate, unit);
+        const Result<Sums> back =
+            measure_one_way(base, features, b, a, rate, scaled_unit);
         if (!back)
             return back.error();
         constexpr double kDegrees = 180 / std::numbers::pi;
         SurfaceDistance d;
-        d.distance_max = std::max(there->max, back->max) / unit;
-        d.distance_rms = root_mean(there->squares, there->area) / unit;
+        d.distance_max = std::max(there->max, back->max) / scaled_unit;
+        d.distance_rms = root_mean(there->squares, there->area) / scaled_unit;
         d.normal_deg_max = std::max(there->normal_max, back->normal_max) * kDegrees;
         d.normal_deg_rms =
             root_mean(there->normal_squares, there->normal_area) * kDegrees;
@@ -161,6 +193,8 @@ Result<SurfaceDistance> measure_distance(const Topology& base,
 Result<double> isolation_error(const Topology& base, const Features& features,
                                std::span<const Vec3<double>> positions, int isolation,
                                double unit) {
+    const int exponent = unit > 0 ? std::ilogb(unit) : 0;
+    const double scaled_unit = unit > 0 ? std::ldexp(unit, -exponent) : 1;
     const Result<LimitSurface> a =
         LimitSurface::build(base, features, positions, isolation);
     if (!a)
@@ -173,11 +207,13 @@ Result<double> isolation_error(const Topology& base, const Features& features,
     // Towards the corner and towards the face centre, past the isolation: elsewhere, and on
     // the points themselves, both are exact.
     double worst = 0;
-    const SurfaceFunction coarse = surface_function(base, *a),
-                          fine = surface_function(base, *b);
+    const SurfaceFunction coarse_mesh = surface_function(base, *a),
+                          fine_mesh = surface_function(base, *b),
+                          coarse = in_units(coarse_mesh, exponent),
+                          fine = in_units(fine_mesh, exponent);
     const auto sample = [&](const QuarterPoint& q) {
         const ClosestPoint there =
-            closest_point(base, resolved, fine, coarse(q).p, q, 1e-12 * unit);
+            closest_point(base, resolved, fine, coarse(q).p, q, 1e-12 * scaled_unit);
         worst = std::max(worst, there.distance);
     };
     for (Index quarter = 0; quarter < base.n_halfedges(); ++quarter) {
@@ -192,7 +228,7 @@ Result<double> isolation_error(const Topology& base, const Features& features,
             }
         }
     }
-    return worst / unit;
+    return worst / scaled_unit;
 }
 
 }  // namespace osdx::inline OSDX_ABI

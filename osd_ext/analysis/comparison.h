@@ -27,14 +27,16 @@ struct SurfaceDistance {
 
 /// Samples each base face that is no hole `rate` times along its edges. From each sample
 /// Newton's method starts at the same address and, where osdx has Embree, at the nearest
-/// point of a tessellation of the other surface; the nearer end counts.
+/// point of a tessellation of the other surface; the nearer end counts, of the second only where
+/// its normal is less than 90 degrees off: other sheets of the surface may lie close by.
 ///
 /// Normals are compared on the same side of infinitely sharp creases: for samples of faces
 /// that touch one, at the end of a walk from the same address that stops at creases. Points
 /// where a surface has no normal are left out.
 ///
 /// Threads: goes wide; the result does not depend on their number.
-/// \param unit  lengths are divided by it
+/// \param unit  lengths are divided by it, finite; by 1 if it is 0
+/// \return InvalidOption for another unit
 /// \pre rate is even
 OSDX_API Result<SurfaceDistance> measure_distance(
     const Topology& base, const ResolvedFeatures& features, const SurfaceFunction& from,

@@ -75,11 +75,19 @@ Vec2<double> cell_point(const Cell& cell, double x, double y) {
     return cell.origin + x * cell.x_axis + y * turn(cell.x_axis, 1);
 }
 
-void measure_cell(const Surface& surface, const Cell& cell, int rate, Jumps& jumps) {
+/// \param exponent  lengths are measured in units of 2 to this power
+void measure_cell(const Surface& surface, const Cell& cell, int rate, int exponent,
+                  Jumps& jumps) {
     const PatchTable& table = surface.patches();
     const Topology& base = surface.base();
     const auto jet = [&](const PatchPoint& p) {
-        return surface.evaluator().evaluate<double>(surface.points(), p, Chart::Native);
+        SurfaceJet<double> s =
+            surface.evaluator().evaluate<double>(surface.points(), p, Chart::Native);
+        for (Vec3<double>* d : {&s.p, &s.du, &s.dv, &s.duu, &s.duv, &s.dvv}) {
+            for (int i = 0; i < 3; ++i)
+                (*d)[i] = std::ldexp((*d)[i], -exponent);
+        }
+        return s;
     };
     for (int side = 0; side < 4; ++side) {
         const Vec2<double> from = square_corner<double>(side),
@@ -129,19 +137,22 @@ void measure_cell(const Surface& surface, const Cell& cell, int rate, Jumps& jum
 }  // namespace
 
 Continuity measure_continuity(const Surface& surface, int rate) {
+    // In units of a power of two near the diagonal: fourth powers of lengths are numbers then.
+    const double length =
+        bounding_diagonal(surface.points().first(surface.base().n_vertices()));
+    const int exponent = length > 0 ? std::ilogb(length) : 0;
+    const double diagonal = length > 0 ? std::ldexp(length, -exponent) : 1;
     const std::vector<Cell> cells = surface.patches().cells();
     detail::Steps steps(cells.size());
     const Jumps jumps = detail::sum_over<Jumps>(
         cells.size(), 64, [&](std::size_t begin, std::size_t end, Jumps& sums) {
             for (std::size_t i = begin; i < end; ++i) {
                 if (surface.patches().has_surface(surface.base().face(cells[i].quarter)))
-                    measure_cell(surface, cells[i], rate, sums);
+                    measure_cell(surface, cells[i], rate, exponent, sums);
             }
             steps.add(end - begin);
         });
 
-    const double diagonal =
-        bounding_diagonal(surface.points().first(surface.base().n_vertices()));
     Continuity c;
     c.n_samples = jumps.n;
     c.n_sharp_samples = jumps.n_sharp;

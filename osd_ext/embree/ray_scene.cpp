@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <osdx/embree/ray_scene.h>
@@ -32,15 +33,80 @@ using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, Release>;
 using Scene = std::unique_ptr<std::remove_pointer_t<RTCScene>, Release>;
 using Geometry = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, Release>;
 
-void trace(RTCScene scene, RTCRayHit& ray_hit) noexcept {
-#if RTC_VERSION_MAJOR >= 4
-    rtcIntersect1(scene, &ray_hit);
-#else
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcIntersect1(scene, &context, &ray_hit);
-#endif
-}
+/// Where the triangles are around the origin, with coordinates of at most 1.
+struct Frame {
+    Vec3<double> centre{0};
+    int exponent = 0;  ///< lengths are divided by 2 to this power
+
+    static Frame around(std::span<const Vec3<double>> points) noexcept {
+        Frame frame;
+        if (points.empty())
+            return frame;
+        Vec3<double> lo = points[0], hi = points[0];
+        for (const Vec3<double>& p : points) {
+            lo = glm::min(lo, p);
+            hi = glm::max(hi, p);
+        }
+        frame.centre = 0.5 * lo + 0.5 * hi;
+        const Vec3<double> half = 0.5 * hi - 0.5 * lo;
+        const double size = std::max({half.x, half.y, half.z});
+        if (size > 0)
+            frame.exponent = std::ilogb(size) + 1;
+        return frame;
+    }
+    Vec3<double> scaled(const Vec3<double>& d) const noexcept {
+        return {std::ldexp(d.x, -exponent), std::ldexp(d.y, -exponent),
+                std::ldexp(d.z, -exponent)};
+    }
+    Vec3<double> point(const Vec3<double>& p) const noexcept {
+        return scaled(p - centre);
+    }
+};
+
+/// A ray in a Frame, with the axes in an order in which the last one, z, is the longest of its
+/// direction, and sheared along z.
+struct ShearedRay {
+    int x, y, z;
+    Vec3<double> origin, shear;
+
+    ShearedRay(const Vec3<double>& from, const Vec3<double>& d) noexcept : origin(from) {
+        const Vec3<double> size = glm::abs(d);
+        z = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+        x = (z + 1) % 3;
+        y = (z + 2) % 3;
+        shear = {d[x] / d[z], d[y] / d[z], 1 / d[z]};
+    }
+
+    /// What depends on a point alone is the same for all triangles at it. In x and y as floats:
+    /// products of two are doubles without rounding.
+    Vec3<double> point(const Vec3<float>& p) const noexcept {
+        const Vec3<double> d = Vec3<double>(p) - origin;
+        return {static_cast<float>(d[x] - shear.x * d[z]),
+                static_cast<float>(d[y] - shear.y * d[z]), shear.z * d[z]};
+    }
+
+    /// The sign of this is right, and that of (b, a) the other one.
+    static double edge(const Vec3<double>& a, const Vec3<double>& b) noexcept {
+        return a.x * b.y - a.y * b.x;
+    }
+
+    /// With the ray's t in the Frame; nothing where it runs along the triangle.
+    std::optional<RayHit> meet(const Vec3<float>& p0, const Vec3<float>& p1,
+                               const Vec3<float>& p2) const noexcept {
+        const Vec3<double> a = point(p0), b = point(p1), c = point(p2);
+        const double at_a = edge(b, c), at_b = edge(c, a), at_c = edge(a, b);
+        if ((at_a < 0 || at_b < 0 || at_c < 0) && (at_a > 0 || at_b > 0 || at_c > 0))
+            return std::nullopt;
+        const double sum = at_a + at_b + at_c;
+        if (sum == 0)
+            return std::nullopt;
+        RayHit hit;
+        hit.u = at_b / sum;
+        hit.v = at_c / sum;
+        hit.t = (at_a * a.z + at_b * b.z + at_c * c.z) / sum;
+        return hit;
+    }
+};
 
 /// The point of a triangle nearest to p, as (u, v) of RayHit, by the regions of Ericson,
 /// Real-Time Collision Detection (2005), 5.1.5.
@@ -74,13 +140,80 @@ Vec2<double> nearest_in_triangle(const Vec3<double>& p, const Vec3<double>& a,
 }  // namespace
 
 struct RayScene::Impl {
+    static void bounds(const RTCBoundsFunctionArguments* args) noexcept;
+    static void meet(const RTCIntersectFunctionNArguments* args) noexcept;
+
     Device device;
     Scene scene;
-    std::vector<Vec3<float>> points;
+    Frame frame;
+    std::vector<Vec3<float>> points;  // in the frame
     std::vector<std::array<Index, 3>> triangles;
 };
 
+namespace {
+
+/// Larger than what rounding moves floats in the box around a Frame, of the points, of the
+/// sheared ones and of the ray that Embree takes through its boxes.
+constexpr float kPad = 4e-6f;
+
+/// What a callback knows of its ray.
+struct RayContext {
+#if RTC_VERSION_MAJOR >= 4
+    RTCRayQueryContext embree;
+#else
+    RTCIntersectContext embree;
+#endif
+    ShearedRay ray;
+    double near, far;
+    std::optional<RayHit> hit;
+};
+
+}  // namespace
+
+void RayScene::Impl::bounds(const RTCBoundsFunctionArguments* args) noexcept {
+    const auto& impl = *static_cast<const Impl*>(args->geometryUserPtr);
+    const auto& t = impl.triangles[args->primID];
+    const Vec3<float>&a = impl.points[t[0]], &b = impl.points[t[1]],
+          &c = impl.points[t[2]];
+    const Vec3<float> lo = glm::min(glm::min(a, b), c) - kPad,
+                      hi = glm::max(glm::max(a, b), c) + kPad;
+    RTCBounds& box = *args->bounds_o;
+    box.lower_x = lo.x;
+    box.lower_y = lo.y;
+    box.lower_z = lo.z;
+    box.upper_x = hi.x;
+    box.upper_y = hi.y;
+    box.upper_z = hi.z;
+}
+
+void RayScene::Impl::meet(const RTCIntersectFunctionNArguments* args) noexcept {
+    const auto& impl = *static_cast<const Impl*>(args->geometryUserPtr);
+    auto& context = *reinterpret_cast<RayContext*>(args->context);
+    const auto& t = impl.triangles[args->primID];
+    std::optional<RayHit> hit =
+        context.ray.meet(impl.points[t[0]], impl.points[t[1]], impl.points[t[2]]);
+    if (!hit || !(hit->t >= context.near && hit->t <= context.far))
+        return;
+    // Of hits at one place the first triangle, whatever order Embree visits them in.
+    if (context.hit && hit->t == context.far && args->primID > context.hit->triangle)
+        return;
+    hit->triangle = args->primID;
+    context.far = hit->t;
+    context.hit = hit;
+    auto& ray_hit = *reinterpret_cast<RTCRayHit*>(args->rayhit);
+    // Boxes that the hit touches are still visited.
+    ray_hit.ray.tfar = static_cast<float>(hit->t) + kPad;
+    ray_hit.hit.geomID = args->geomID;
+    ray_hit.hit.primID = args->primID;
+}
+
 Result<RayScene> RayScene::build(std::span<const Vec3<float>> points,
+                                 std::span<const std::array<Index, 3>> triangles) {
+    const std::vector<Vec3<double>> copy(points.begin(), points.end());
+    return build(copy, triangles);
+}
+
+Result<RayScene> RayScene::build(std::span<const Vec3<double>> points,
                                  std::span<const std::array<Index, 3>> triangles) {
     for (Index i = 0; i < points.size(); ++i) {
         const auto& p = points[i];
@@ -97,28 +230,24 @@ Result<RayScene> RayScene::build(std::span<const Vec3<float>> points,
     }
 
     auto impl = std::make_unique<Impl>();
-    impl->points.assign(points.begin(), points.end());
+    impl->frame = Frame::around(points);
+    impl->points.reserve(points.size());
+    for (const Vec3<double>& p : points)
+        impl->points.emplace_back(impl->frame.point(p));
     impl->triangles.assign(triangles.begin(), triangles.end());
     impl->device.reset(rtcNewDevice(nullptr));
     if (!impl->device)
         return fail(ErrorCode::DeviceFailure, "Embree has no device on this machine");
     impl->scene.reset(rtcNewScene(impl->device.get()));
-    // Robust: no ray slips through the common edge of two triangles.
+    // Robust: no ray misses a box that it touches.
     rtcSetSceneFlags(impl->scene.get(), RTC_SCENE_FLAG_ROBUST);
 
-    const Geometry geometry(
-        rtcNewGeometry(impl->device.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
-    // Embree owns both buffers, and pads the last point to the 16 bytes that it reads.
-    void* p =
-        rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0,
-                                RTC_FORMAT_FLOAT3, sizeof(Vec3<float>), points.size());
-    void* t = rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0,
-                                      RTC_FORMAT_UINT3, sizeof(std::array<Index, 3>),
-                                      triangles.size());
-    if (rtcGetDeviceError(impl->device.get()) != RTC_ERROR_NONE)
-        return fail(ErrorCode::DeviceFailure, "Embree has no memory for the mesh");
-    std::ranges::copy(points, static_cast<Vec3<float>*>(p));
-    std::ranges::copy(triangles, static_cast<std::array<Index, 3>*>(t));
+    const Geometry geometry(rtcNewGeometry(impl->device.get(), RTC_GEOMETRY_TYPE_USER));
+    rtcSetGeometryUserPrimitiveCount(geometry.get(),
+                                     static_cast<unsigned>(triangles.size()));
+    rtcSetGeometryUserData(geometry.get(), impl.get());
+    rtcSetGeometryBoundsFunction(geometry.get(), Impl::bounds, nullptr);
+    rtcSetGeometryIntersectFunction(geometry.get(), Impl::meet);
     rtcCommitGeometry(geometry.get());
     rtcAttachGeometry(impl->scene.get(), geometry.get());
     rtcCommitScene(impl->scene.get());
@@ -128,30 +257,82 @@ Result<RayScene> RayScene::build(std::span<const Vec3<float>> points,
 }
 
 std::optional<RayHit> RayScene::intersect(const Ray& ray) const noexcept {
+    if (!impl_)
+        return std::nullopt;
+    const Frame& frame = impl_->frame;
+    const double longest = std::max({std::abs(ray.direction.x), std::abs(ray.direction.y),
+                                     std::abs(ray.direction.z)});
+    if (!(longest > 0) || !std::isfinite(longest))
+        return std::nullopt;
+    // The direction gets a length of 1 to 2, so that t counts units of the frame.
+    const int exponent = std::ilogb(longest);
+    const Vec3<double> d(std::ldexp(ray.direction.x, -exponent),
+                         std::ldexp(ray.direction.y, -exponent),
+                         std::ldexp(ray.direction.z, -exponent));
+    const Vec3<double> origin = frame.point(ray.origin);
+    // From where it comes close to the box of the points on.
+    double start = -INFINITY;
+    for (int i = 0; i < 3; ++i) {
+        if (!std::isfinite(origin[i]))
+            return std::nullopt;
+        if (d[i] != 0)
+            start = std::max(start, (-std::copysign(2.0, d[i]) - origin[i]) / d[i]);
+        else if (std::abs(origin[i]) > 2)
+            return std::nullopt;
+    }
+    start = std::max(start, 0.0);
+    const Vec3<double> from = origin + start * d;
+    if (!(std::max({std::abs(from.x), std::abs(from.y), std::abs(from.z)}) < 4))
+        return std::nullopt;
+    const auto to_frame = [&](double t) {
+        return std::ldexp(t, exponent - frame.exponent) - start;
+    };
+    RayContext context{
+        {}, ShearedRay(from, d), to_frame(ray.t_near), to_frame(ray.t_far), std::nullopt};
     RTCRayHit r{};
-    r.ray.org_x = ray.origin.x;
-    r.ray.org_y = ray.origin.y;
-    r.ray.org_z = ray.origin.z;
-    r.ray.tnear = ray.t_near;
-    r.ray.dir_x = ray.direction.x;
-    r.ray.dir_y = ray.direction.y;
-    r.ray.dir_z = ray.direction.z;
-    r.ray.tfar = ray.t_far;
+    r.ray.org_x = static_cast<float>(from.x);
+    r.ray.org_y = static_cast<float>(from.y);
+    r.ray.org_z = static_cast<float>(from.z);
+    r.ray.tnear = std::max(0.0f, static_cast<float>(context.near) - kPad);
+    r.ray.dir_x = static_cast<float>(d.x);
+    r.ray.dir_y = static_cast<float>(d.y);
+    r.ray.dir_z = static_cast<float>(d.z);
+    r.ray.tfar = static_cast<float>(std::min(context.far, 64.0)) + kPad;
     r.ray.mask = ~0u;
     r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    trace(impl_->scene.get(), r);
-    if (r.hit.geomID == RTC_INVALID_GEOMETRY_ID)
-        return std::nullopt;
-    return RayHit{r.hit.primID, r.ray.tfar, r.hit.u, r.hit.v};
+#if RTC_VERSION_MAJOR >= 4
+    rtcInitRayQueryContext(&context.embree);
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.context = &context.embree;
+    rtcIntersect1(impl_->scene.get(), &r, &arguments);
+#else
+    rtcInitIntersectContext(&context.embree);
+    rtcIntersect1(impl_->scene.get(), &context.embree, &r);
+#endif
+    if (context.hit)
+        context.hit->t = std::ldexp(context.hit->t + start, frame.exponent - exponent);
+    return context.hit;
 }
 
-std::optional<RayHit> RayScene::nearest(const Vec3<float>& point) const noexcept {
+std::optional<RayHit> RayScene::nearest(const Vec3<double>& point) const noexcept {
+    if (!impl_)
+        return std::nullopt;
+    const Frame& frame = impl_->frame;
+    Vec3<double> at = frame.point(point);
+    const double away = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
+    if (!std::isfinite(away))
+        return std::nullopt;
+    // From further away the scene is a point to all floats.
+    constexpr double kMost = 1e6;
+    if (away > kMost)
+        at *= kMost / away;
     struct Search {
         const Impl* impl;
         Vec3<double> point;
         double distance;
         RayHit hit;
-    } search{impl_.get(), Vec3<double>(point), INFINITY, {}};
+    } search{impl_.get(), at, INFINITY, {}};
 
     const auto visit = [](RTCPointQueryFunctionArguments* args) -> bool {
         auto& s = *static_cast<Search*>(args->userPtr);
@@ -163,21 +344,30 @@ std::optional<RayHit> RayScene::nearest(const Vec3<float>& point) const noexcept
         if (d >= s.distance)
             return false;
         s.distance = d;
-        s.hit = {args->primID, static_cast<float>(d), static_cast<float>(uv.x),
-                 static_cast<float>(uv.y)};
-        args->query->radius = static_cast<float>(d);
+        s.hit = {args->primID, d, uv.x, uv.y};
+        args->query->radius =
+            std::nextafter(static_cast<float>(d) * (1 + 4e-7f), INFINITY);
         return true;  // the radius has changed
     };
     RTCPointQuery query{};
-    query.x = point.x;
-    query.y = point.y;
-    query.z = point.z;
+    query.x = static_cast<float>(at.x);
+    query.y = static_cast<float>(at.y);
+    query.z = static_cast<float>(at.z);
     query.radius = INFINITY;
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(impl_->scene.get(), &query, &context, visit, &search);
     if (search.hit.triangle == kInvalidIndex)
         return std::nullopt;
+    if (away > kMost) {
+        const auto& t = impl_->triangles[search.hit.triangle];
+        const Vec3<double> a(impl_->points[t[0]]), b(impl_->points[t[1]]),
+            c(impl_->points[t[2]]);
+        const Vec3<double> p =
+            a + search.hit.u * (b - a) + search.hit.v * (c - a) - frame.point(point);
+        search.hit.t = std::hypot(p.x, p.y, p.z);
+    }
+    search.hit.t = std::ldexp(search.hit.t, frame.exponent);
     return search.hit;
 }
 
@@ -189,10 +379,14 @@ Result<RayScene> RayScene::build(std::span<const Vec3<float>>,
                                  std::span<const std::array<Index, 3>>) {
     return fail(ErrorCode::NotBuilt, "osdx was built without Embree");
 }
+Result<RayScene> RayScene::build(std::span<const Vec3<double>>,
+                                 std::span<const std::array<Index, 3>>) {
+    return fail(ErrorCode::NotBuilt, "osdx was built without Embree");
+}
 std::optional<RayHit> RayScene::intersect(const Ray&) const noexcept {
     return {};
 }
-std::optional<RayHit> RayScene::nearest(const Vec3<float>&) const noexcept {
+std::optional<RayHit> RayScene::nearest(const Vec3<double>&) const noexcept {
     return {};
 }
 
@@ -204,9 +398,9 @@ RayScene& RayScene::operator=(RayScene&&) noexcept = default;
 RayScene::~RayScene() = default;
 
 Result<TessellatedScene> TessellatedScene::build(const Tessellation& t) {
-    const std::vector<Vec3<float>> points(t.positions.begin(), t.positions.end());
     const auto tris = triangles(t);
-    Result<RayScene> rays = RayScene::build(points, tris);
+    Result<RayScene> rays =
+        RayScene::build(std::span<const Vec3<double>>(t.positions), tris);
     if (!rays)
         return rays.error();
     TessellatedScene scene(std::move(*rays));
@@ -224,6 +418,8 @@ Result<TessellatedScene> TessellatedScene::build(const Tessellation& t) {
 }
 
 Address TessellatedScene::address(const RayHit& hit) const noexcept {
+    if (hit.triangle >= corners_.size())
+        return {kInvalidIndex, 0, 0};
     const auto& c = corners_[hit.triangle];
     const double u = hit.u, v = hit.v;
     const Vec2<double> p = (1 - u - v) * c[0] + u * c[1] + v * c[2];

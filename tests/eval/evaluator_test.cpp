@@ -701,5 +701,28 @@ TEST(SurfaceJet, OfATinyFloatModel) {
     EXPECT_NEAR(curvature(flat).mean * 1e20f, -1, 1e-5);
 }
 
+// Fourth powers of lengths are no doubles.
+TEST(SurfaceJet, HasCurvatureAtAnyScale) {
+    const auto one = sphere<double>(1, 0.7, 0.4);
+    for (const int power : {-450, -300, 300, 450}) {
+        const double scale = std::ldexp(1, power);
+        const auto s = sphere<double>(scale, 0.7, 0.4);
+        EXPECT_LT(glm::length(normal(s) - normal(one)), 1e-15) << power;  // some ulps
+        EXPECT_NEAR(curvature(s).mean * scale, -1, 1e-14) << power;
+        EXPECT_NEAR(curvature(s).gauss * scale * scale, 1, 1e-14) << power;
+    }
+    EXPECT_TRUE(std::isfinite(curvature(sphere<double>(1e-160, 0.7, 0.4)).gauss));
+}
+
+// What rounding leaves of the derivatives of a point.
+TEST(SurfaceJet, HasNoNormalOutOfRounding) {
+    const SurfaceJet<double> point{{1, 2, 3}, {4e-16, 0, 1e-16}, {0, 2e-16, 1e-16}};
+    EXPECT_EQ(normal(point), Vec3<double>(0));
+    const SurfaceJet<double> line{{0, 0, 0}, {1, 0, 0}, {1, 6e-14, 0}};
+    EXPECT_EQ(normal(line), Vec3<double>(0));
+    const SurfaceJet<double> small{{0, 0, 0}, {4e-16, 0, 1e-16}, {0, 2e-16, 1e-16}};
+    EXPECT_NE(normal(small), Vec3<double>(0));
+}
+
 }  // namespace
 }  // namespace osdx::test

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -380,6 +382,90 @@ TEST(Weights, AreEmptyWhereThereIsNoPoint) {
     EXPECT_EQ(w.report.n_without_point, 1u);
     EXPECT_EQ(w.report.first_without_point, 1u);
     EXPECT_EQ(w.report.n_clamped, 1u);
+}
+
+void expect_out_of_range(const Status& status, Index vertex) {
+    ASSERT_FALSE(status);
+    EXPECT_EQ(status.error().code, ErrorCode::NonFinitePoint);
+    EXPECT_EQ(status.error().element, vertex);
+    EXPECT_NE(status.error().message.find("scale the mesh"), std::string::npos);
+}
+
+// Squares of lengths would be infinite or zero.
+TEST(Surface, RefusesCoordinatesOutOfRange) {
+    const MeshData mesh = cube();
+    for (const double scale : {1e160, 1e-160}) {
+        MeshData scaled = mesh;
+        for (Vec3<double>& p : scaled.positions)
+            p *= scale;
+        const auto built = Surface::build(scaled);
+        expect_out_of_range(built ? ok() : Status(built.error()), 0);
+        auto s = Surface::build(mesh);
+        ASSERT_TRUE(s);
+        expect_out_of_range(s->set_positions(scaled.positions), 0);
+        EXPECT_EQ(s->points()[0], mesh.positions[0]);
+    }
+    MeshData one_far = mesh;
+    one_far.positions[5].y = -1e151;
+    const auto built = Surface::build(one_far);
+    expect_out_of_range(built ? ok() : Status(built.error()), 5);
+    // Small details, and a point at the origin, are in range.
+    MeshData point = mesh;
+    for (Vec3<double>& p : point.positions)
+        p *= 0;
+    EXPECT_TRUE(Surface::build(point));
+    point.positions[3] = {1, 1e-200, 0};
+    EXPECT_TRUE(Surface::build(point));
+}
+
+TEST(Surface, WithoutSizeHasNoNormals) {
+    MeshData mesh = cube();
+    for (Vec3<double>& p : mesh.positions)
+        p = {1, 2, 3};
+    for (const PatchFamily family : {PatchFamily::Multisided, PatchFamily::Gregory}) {
+        PatchTableOptions options;
+        options.family = family;
+        const auto s = Surface::build(mesh, options);
+        ASSERT_TRUE(s);
+        for (const Vec3<double>& n : s->tessellate(4).normals)
+            EXPECT_EQ(n, Vec3<double>(0));
+    }
+}
+
+TEST(Surface, ThatWasMovedFromHasNoFaces) {
+    auto s = Surface::build(cube());
+    ASSERT_TRUE(s);
+    Surface other = std::move(*s);
+    EXPECT_EQ(s->base().n_faces(), 0u);
+    EXPECT_EQ(s->points().size(), 0u);
+    EXPECT_TRUE(s->unused_vertices().empty());
+    EXPECT_TRUE(std::isnan(s->evaluate({0, 0.5, 0.5}).p.x));
+    EXPECT_EQ(s->tessellate(2).positions.size(), 0u);
+    EXPECT_FALSE(s->set_positions(other.points().first(8)));
+    EXPECT_FALSE(s->move_vertices({}, {}));
+    s->add_base_weights({0, 0.5, 0.5}, 0, 1, {});
+    *s = std::move(other);
+    EXPECT_EQ(s->base().n_faces(), 6u);
+}
+
+TEST(Weights, AreNotAddedWhereNoneAreDefined) {
+    const auto s = Surface::build(cube());
+    ASSERT_TRUE(s);
+    std::vector<double> weights(8, 0), few(3, 0);
+    s->add_base_weights({6, 0.5, 0.5}, 0, 1, weights);
+    s->add_base_weights({0, NAN, 0.5}, 0, 1, weights);
+    s->add_base_weights({0, 0.5, 0.5}, 6, 1, weights);
+    s->add_base_weights({0, 0.5, 0.5}, -1, 1, weights);
+    s->add_base_weights({0, 0.5, 0.5}, 0, 1, few);
+    EXPECT_EQ(weights, std::vector<double>(8, 0));
+    EXPECT_EQ(few, std::vector<double>(3, 0));
+}
+
+TEST(Surface, TessellatesRatesBelowOneAsOne) {
+    const auto s = Surface::build(cube());
+    ASSERT_TRUE(s);
+    for (const int rate : {0, -3})
+        EXPECT_EQ(s->tessellate(rate).facet_sizes.size(), 6u);
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ double openness(const RayScene& scene, const Vec& p, const Vec& n, int n_rays,
     const Vec2<double> shift(glm::fract(0.7548776662466927 * double(seed)),
                              glm::fract(0.5698402909980532 * double(seed)));
     // Off the surface by more than the facets are off it.
-    const Vec3<float> origin(p + 5e-4 * n);
+    const Vec origin = p + 5e-4 * n;
     int n_free = 0;
     for (int i = 0; i < n_rays; ++i) {
         const double r2 = (i + shift.x) / n_rays;
@@ -43,8 +43,7 @@ double openness(const RayScene& scene, const Vec& p, const Vec& n, int n_rays,
         const double angle = 2 * std::numbers::pi * turns;
         const Vec d = std::sqrt(r2) * (std::cos(angle) * s + std::sin(angle) * t) +
                       std::sqrt(1 - r2) * n;
-        n_free +=
-            !scene.intersect({origin, Vec3<float>(d), 0.0f, static_cast<float>(reach)});
+        n_free += !scene.intersect({origin, d, 0, reach});
     }
     return double(n_free) / n_rays;
 }

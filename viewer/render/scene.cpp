@@ -162,8 +162,7 @@ Hit Scene::on_ray(const Address& start, const Vec& direction, double t) const {
 
 std::optional<Hit> Scene::find(double x, double y) const {
     const Vec direction = glm::normalize(camera_.direction(x, y));
-    const auto found =
-        scene_->rays().intersect({Vec3<float>(camera_.eye), Vec3<float>(direction)});
+    const auto found = scene_->rays().intersect({camera_.eye, direction});
     if (!found)
         return std::nullopt;
     Hit hit = on_ray(scene_->address(*found), direction, found->t);

@@ -470,5 +470,75 @@ TEST(Comparison, DoesNotDependOnTheNumberOfThreads) {
     EXPECT_EQ(many.normal_deg_rms, single.normal_deg_rms);
 }
 
+MeshData moved(MeshData mesh, double scale, const Vec3<double>& shift) {
+    for (Vec3<double>& p : mesh.positions)
+        p = scale * p + shift;
+    return mesh;
+}
+
+SurfaceDistance distance_to_limit(const MeshData& mesh) {
+    const Surface s = surface_of(mesh);
+    const LimitSurface limit = limit_of(s);
+    const auto d = measure_distance(s.base(), s.features(), surface_function(s),
+                                    surface_function(s.base(), limit), 4,
+                                    bounding_diagonal(mesh.positions));
+    EXPECT_TRUE(d);
+    return d ? *d : SurfaceDistance();
+}
+
+// By powers of two, of some 1e-120 to 1e120: products of four lengths are no numbers.
+TEST(Comparison, IsTheSameAtEveryScaleToTheBit) {
+    const MeshData mesh = random_displaced(cube(), 3, 0.05);
+    const SurfaceDistance one = distance_to_limit(mesh);
+    const Continuity own = measure_continuity(surface_of(mesh), 4);
+    EXPECT_GT(one.distance_max, 1e-3);
+    for (const int power : {-400, -100, 70, 400}) {
+        const MeshData scaled = moved(mesh, std::ldexp(1, power), Vec3<double>(0));
+        const SurfaceDistance d = distance_to_limit(scaled);
+        EXPECT_EQ(d.distance_max, one.distance_max) << power;
+        EXPECT_EQ(d.distance_rms, one.distance_rms) << power;
+        EXPECT_EQ(d.normal_deg_max, one.normal_deg_max) << power;
+        EXPECT_EQ(d.normal_deg_rms, one.normal_deg_rms) << power;
+        const Continuity c = measure_continuity(surface_of(scaled), 4);
+        EXPECT_EQ(c.gap_max, own.gap_max) << power;
+        EXPECT_EQ(c.curvature_max, own.curvature_max) << power;
+        EXPECT_EQ(c.curvature_jump_max, own.curvature_jump_max) << power;
+    }
+}
+
+TEST(Comparison, OfAMeshWithoutSizeIsFinite) {
+    const MeshData mesh = moved(cube(), 0, {1, 2, 3});
+    const SurfaceDistance d = distance_to_limit(mesh);
+    EXPECT_LT(d.distance_max, 1e-12);  // rounding of coordinates of 3
+    EXPECT_EQ(d.normal_deg_max, 0);
+    const Continuity c = measure_continuity(surface_of(mesh), 4);
+    EXPECT_LT(c.gap_max, 1e-12);
+    EXPECT_EQ(c.curvature_max, 0);
+}
+
+TEST(Comparison, RefusesAUnitThatIsNoLength) {
+    const Surface s = surface_of(cube());
+    const auto d = measure_distance(s.base(), s.features(), surface_function(s),
+                                    surface_function(s), 4, NAN);
+    ASSERT_FALSE(d);
+    EXPECT_EQ(d.error().code, ErrorCode::InvalidOption);
+}
+
+// Two cubes whose surfaces pass each other more closely than ours is to the limit: the near
+// one looks the other way.
+TEST(Comparison, KeepsToItsSheet) {
+    MeshData two = cube();
+    const MeshData other = moved(cube(), 1, {1.66, 0, 0});
+    const double lonely = distance_to_limit(two).normal_deg_max;
+    const auto n = static_cast<Index>(two.positions.size());
+    two.positions.insert(two.positions.end(), other.positions.begin(),
+                         other.positions.end());
+    two.face_sizes.insert(two.face_sizes.end(), other.face_sizes.begin(),
+                          other.face_sizes.end());
+    for (const Index v : other.face_vertices)
+        two.face_vertices.push_back(v + n);
+    EXPECT_LT(distance_to_limit(two).normal_deg_max, lonely + 1e-6);
+}
+
 }  // namespace
 }  // namespace osdx
