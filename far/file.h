@@ -13,8 +13,8 @@
 /// The one door to the file system: whatever reads or writes a file does it here.
 namespace osdx::inline OSDX_ABI {
 
-/// All bytes of a file.
-/// \return FileUnreadable
+/// All bytes of a file or a pipe.
+/// \return FileUnreadable; also for folders and devices, and beyond 64 GiB
 OSDX_API Result<std::string> read_file(const std::filesystem::path& path);
 
 /// Lets `write` fill a stream, and gives the file its name only when that succeeded: a
