@@ -310,7 +310,6 @@ private:
         struct Pair {
             double bend;
             Index a, b;
-            auto operator<=>(const Pair&) const = default;
         };
         ++report().n_parted_edges;
         constexpr std::size_t kMost = 100;  // pairs are as many as its square
@@ -544,7 +543,8 @@ private:
         to.positions = picked(mesh_.positions, report().vertices);
         to.vertex_lines = picked(mesh_.vertex_lines, report().vertices);
         for (const NamedChannels& from : mesh_.channels) {
-            NamedChannels& c = to.channels.emplace_back(from.name, from.n);
+            to.channels.push_back({from.name, from.n, {}});
+            NamedChannels& c = to.channels.back();
             for (const Index v : report().vertices) {
                 const double* values = from.view()[v];
                 c.values.insert(c.values.end(), values, values + from.n);
@@ -566,8 +566,7 @@ private:
                 {std::minmax(vertex(c), vertex(next(c))), std::minmax(a, b)});
         }
         std::ranges::sort(edges_);
-        const auto rest = std::ranges::unique(edges_);
-        edges_.erase(rest.begin(), rest.end());
+        edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
     }
 
     Status write_tags() {
