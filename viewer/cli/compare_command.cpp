@@ -100,6 +100,7 @@ Status add_family(const Job& job, const LimitSurface& limit,
                   Findings& findings) {
     CommandOptions others = options;
     others.patch = options.with;
+    others.quiet = true;
     Result<Job> other = load_job(others);
     if (!other)
         return other.error();

@@ -1,10 +1,11 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <ostream>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,14 +43,47 @@ bool parse_field(std::string_view& line, char end, T& value) {
     return true;
 }
 
+/// Addresses that are beyond the domains of their faces.
+class OutsideFaces {
+public:
+    explicit OutsideFaces(const Topology& base) : base_(base) {}
+
+    void look_at(const Address& a, Index line) {
+        const Address nearest = to_address(base_, to_quarter(base_, a));
+        // Rounding of a text with six digits moves nothing that anybody sees.
+        constexpr double kTolerance = 1e-6;
+        if (std::max(std::abs(nearest.u - a.u), std::abs(nearest.v - a.v)) <= kTolerance)
+            return;
+        if (n_++ > 0)
+            return;
+        first_ = {WarningCode::OutsideFace,
+                  fmt::format("({}, {}) is outside of face {} and taken as ({}, {})", a.u,
+                              a.v, a.face, nearest.u, nearest.v),
+                  line};
+    }
+
+    void tell(const std::filesystem::path& file) {
+        if (n_ == 0)
+            return;
+        first_.message += fmt::format("; {} rows are so", n_);
+        warn(first_, file);
+    }
+
+private:
+    const Topology& base_;
+    std::size_t n_ = 0;
+    Warning first_{};
+};
+
 Result<std::vector<Address>> read_addresses(const std::filesystem::path& file,
                                             const PatchTable& patches) {
     const Index n_faces = patches.base().n_faces();
-    std::ifstream in(file);
-    if (!in)
-        return in_file(fail(ErrorCode::FileUnreadable, "the file cannot be opened"),
-                       file);
+    const Result<std::string> content = read_file(file);
+    if (!content)
+        return in_file(content.error(), file);
+    std::istringstream in(*content);
     std::vector<Address> addresses;
+    OutsideFaces outside(patches.base());
     std::string text;
     for (Index line = 1; std::getline(in, text); ++line) {
         std::string_view rest = text;
@@ -88,10 +122,12 @@ Result<std::vector<Address>> read_addresses(const std::filesystem::path& file,
                      a.face, line),
                 file);
         }
+        outside.look_at(a, line);
         addresses.push_back(a);
     }
     if (addresses.empty())
         return in_file(fail(ErrorCode::FileFormat, "the file has no points"), file);
+    outside.tell(file);
     return addresses;
 }
 

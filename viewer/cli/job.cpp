@@ -3,7 +3,11 @@
 
 #include "viewer/cli/job.h"
 
+#include <algorithm>
+#include <array>
+#include <iterator>
 #include <ostream>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -11,8 +15,11 @@
 
 #include <osdx/add_channels.h>
 #include <osdx/build_patch_table.h>
+#include <osdx/build_topology.h>
+#include <osdx/creases.h>
 #include <osdx/file.h>
 #include <osdx/mesh_file.h>
+#include <osdx/repair.h>
 #include <osdx/resolved_features.h>
 #include <osdx/surface_function.h>
 #include <osdx/topology.h>
@@ -85,17 +92,90 @@ Result<LimitSurface> Job::build_limit(Channels<const double> channels, int first
     return LimitSurface::build(surface.base(), surface.features(), values, isolation);
 }
 
-Result<Job> load_job(const CommandOptions& options, Progress* progress) {
+namespace {
+
+/// "3 vertices welded, 1 face turned".
+std::string one_line(const RepairReport& r) {
+    std::string line;
+    const auto add = [&](Index n, std::string_view one, std::string_view several,
+                         std::string_view what) {
+        if (n > 0) {
+            line += fmt::format("{}{} {} {}", line.empty() ? "" : ", ", n,
+                                n == 1 ? one : several, what);
+        }
+    };
+    add(r.n_welded, "vertex", "vertices", "welded");
+    add(r.n_dropped_faces, "face", "faces", "dropped");
+    add(r.n_shortened_faces, "face", "faces", "without repeated vertices");
+    add(r.n_parted_edges, "edge", "edges", "of three or more faces parted");
+    add(r.n_cut_edges, "edge", "edges", "cut that no orientation suits");
+    add(r.n_flipped_faces, "face", "faces", "turned");
+    add(r.n_added_vertices, "vertex", "vertices", "added");
+    add(r.n_dropped_tags, "tag", "tags", "dropped");
+    return line.empty() ? "nothing to do" : line;
+}
+
+}  // namespace
+
+namespace {
+
+Result<MeshData> repaired_mesh(const MeshData& mesh, const CommandOptions& options) {
+    RepairOptions how{.faces = options.repair};
+    how.weld = options.weld.value_or(how.weld);
+    Result<RepairedMesh> repaired = repair(mesh, how);
+    if (!repaired)
+        return in_file(repaired.error(), options.input);
+    if (!options.quiet) {
+        fmt::print(stderr, "osdx: {}: repaired: {}\n", options.input.string(),
+                   one_line(repaired->report));
+    }
+    return std::move(repaired->mesh);
+}
+
+}  // namespace
+
+Result<MeshData> load_mesh(const CommandOptions& options) {
     Result<MeshData> mesh = read_mesh(options.input);
     if (!mesh)
         return in_file(mesh.error(), options.input);
+    for (const Warning& warning : mesh->warnings) {
+        if (!options.quiet)
+            warn(warning, options.input);
+    }
+    if (options.repair || options.weld)
+        mesh = repaired_mesh(*mesh, options);
+    if (!mesh || !options.crease_angle)
+        return mesh;
+    const Result<Topology> topology = build_topology(*mesh);
+    if (!topology)
+        return refused(topology.error(), options);
+    std::vector<Tag> creases = crease_tags(*mesh, *topology, *options.crease_angle);
+    // A later tag replaces an earlier one.
+    mesh->tags.insert(mesh->tags.end(), std::make_move_iterator(creases.begin()),
+                      std::make_move_iterator(creases.end()));
+    return mesh;
+}
+
+Error refused(Error error, const CommandOptions& options) {
+    using enum ErrorCode;
+    constexpr std::array kRepaired = {FaceTooSmall, RepeatedVertex, NonManifoldEdge,
+                                      OppositeFaces, NonManifoldVertex};
+    if (!options.repair && std::ranges::find(kRepaired, error.code) != kRepaired.end())
+        error.message += " (--repair helps)";
+    return in_file(std::move(error), options.input);
+}
+
+Result<Job> load_job(const CommandOptions& options, Progress* progress) {
+    Result<MeshData> mesh = load_mesh(options);
+    if (!mesh)
+        return mesh.error();
     Stopwatch watch;
     PatchTableOptions patches = options.patches;
     patches.family =
         options.patch == "gregory" ? PatchFamily::Gregory : PatchFamily::Multisided;
     Result<Surface> surface = Surface::build(*mesh, patches, options.features, progress);
     if (!surface)
-        return in_file(surface.error(), options.input);
+        return refused(surface.error(), options);
     Job job{std::move(*mesh), std::move(*surface), std::nullopt, watch.lap()};
     if (options.patch == "catmark") {
         Result<LimitSurface> limit = job.build_limit(options.limit_isolation);
@@ -118,11 +198,21 @@ Status written(Status status, const std::filesystem::path& file) {
     return status ? std::move(status) : in_file(status.error(), file);
 }
 
+std::string to_text(const Json& json, int indent) {
+    return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+void warn(const Warning& warning, const std::filesystem::path& file) {
+    const Error as_error = in_file(
+        {ErrorCode::FileFormat, warning.message, kInvalidIndex, warning.line}, file);
+    fmt::print(stderr, "osdx: warning: {}\n", as_error.message);
+}
+
 Status write_report(const CommandOptions& options, const Json& report) {
     if (options.json.empty())
         return ok();
     return write_file(options.json,
-                      [&](std::ostream& out) { out << report.dump(2) << '\n'; });
+                      [&](std::ostream& out) { out << to_text(report, 2) << '\n'; });
 }
 
 }  // namespace osdx::cli

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include <osdx/mesh_data.h>
 #include <osdx/opensubdiv/limit_surface.h>
@@ -22,6 +23,12 @@ namespace osdx::cli {
 
 /// The error with the file, and the line where there is one, before its message.
 Error in_file(Error error, const std::filesystem::path& file);
+
+/// A line on stderr, with the file before its message.
+void warn(const Warning& warning, const std::filesystem::path& file);
+
+/// The text of a report; what is not UTF-8 in names becomes U+FFFD.
+std::string to_text(const Json& json, int indent);
 
 /// The input of a subcommand, ready to evaluate.
 struct Job {
@@ -44,6 +51,13 @@ struct Job {
     Result<LimitSurface> build_limit(Channels<const double> channels, int first,
                                      int isolation) const;
 };
+/// The mesh of a subcommand, repaired where that is asked for; its warnings and what the repair
+/// did go to stderr.
+Result<MeshData> load_mesh(const CommandOptions& options);
+
+/// A refused mesh: with the option that would help, where one would.
+Error refused(Error error, const CommandOptions& options);
+
 /// \param progress  null, or told how far the surface is
 Result<Job> load_job(const CommandOptions& options, Progress* progress = nullptr);
 

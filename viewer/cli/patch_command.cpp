@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -59,12 +58,22 @@ bool read_int(const Json& j, const char* key, int least, int most, int& out) {
     return value >= least && value <= most;
 }
 
+/// No net nests deeper than some levels, but functions that call themselves for each would run
+/// out of stack.
+constexpr int kMostLevels = 100;
+
 Result<Json> read_json(const std::filesystem::path& file) {
-    std::ifstream in(file);
-    if (!in)
-        return in_file(fail(ErrorCode::FileUnreadable, "the file cannot be opened"),
-                       file);
-    Json j = Json::parse(in, nullptr, false);
+    const Result<std::string> text = read_file(file);
+    if (!text)
+        return in_file(text.error(), file);
+    bool too_deep = false;
+    const auto keep = [&](int depth, Json::parse_event_t, const Json&) {
+        too_deep = too_deep || depth > kMostLevels;
+        return !too_deep;
+    };
+    Json j = Json::parse(*text, keep, false);
+    if (too_deep)
+        return bad_net(file, fmt::format("the JSON nests deeper than {}", kMostLevels));
     if (j.is_discarded() || !j.is_object())
         return bad_net(file, "this is no JSON object");
     return j;
@@ -323,7 +332,7 @@ Status patch_command(const CommandOptions& options) {
         return evaluated.error();
     const Json& report = *evaluated;
     const Status s = write_file(
-        options.out, [&](std::ostream& out) { out << report.dump(1) << '\n'; });
+        options.out, [&](std::ostream& out) { out << to_text(report, 1) << '\n'; });
     if (!s)
         return in_file(s.error(), options.out);
     return write_report(options, report);

@@ -13,9 +13,9 @@ namespace osdx::cli {
 Status subdivide_command(const CommandOptions& options) {
     ProgressBar progress;
     progress.stage("reading");
-    const Result<MeshData> data = read_mesh(options.input);
+    const Result<MeshData> data = load_mesh(options);
     if (!data)
-        return in_file(data.error(), options.input);
+        return data.error();
     progress.stage("refining");
     const Result<SubdividedMesh> refined = subdivide(*data,
                                                      {.degree = options.patches.degree,
@@ -27,7 +27,7 @@ Status subdivide_command(const CommandOptions& options) {
         // No file is to blame for an option.
         return refined.error().code == ErrorCode::InvalidOption
                    ? refined.error()
-                   : in_file(refined.error(), options.input);
+                   : refused(refined.error(), options);
     }
     const MeshData& mesh = refined->data;
     if (options.patches.degree % 2 == 0 &&
