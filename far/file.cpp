@@ -340,11 +340,23 @@ Result<std::string> read_file(const fs::path& path) {
         return fail(ErrorCode::FileUnreadable,
                     fmt::format("the file cannot be opened: {}", reason(errno)));
     }
-    // Of a file the size is known; a pipe grows.
     struct stat status = {};
+    if (fstat(file.get(), &status) != 0)
+        status = {};
+    // What is typed at a terminal has an end.
+    if (S_ISBLK(status.st_mode) || (S_ISCHR(status.st_mode) && !isatty(file.get()))) {
+        return fail(ErrorCode::FileUnreadable,
+                    "the path names a device, which is neither a file nor a pipe");
+    }
+    // Of a file the size is known; a pipe grows.
     std::string text;
     std::size_t size = 0;
-    const bool is_file = fstat(file.get(), &status) == 0 && S_ISREG(status.st_mode);
+    constexpr std::size_t kMostBytes = std::size_t(1) << 36;
+    const Error too_long =
+        fail(ErrorCode::FileUnreadable, "the file is longer than 64 GiB");
+    const bool is_file = S_ISREG(status.st_mode);
+    if (is_file && static_cast<std::size_t>(status.st_size) > kMostBytes)
+        return too_long;
     constexpr std::size_t kBlock = 1 << 16;
     text.resize(is_file ? std::max(kBlock, static_cast<std::size_t>(status.st_size) + 1)
                         : kBlock);
@@ -360,6 +372,8 @@ Result<std::string> read_file(const fs::path& path) {
         if (n_read == 0)
             break;
         size += static_cast<std::size_t>(n_read);
+        if (size > kMostBytes)
+            return too_long;
         if (size == text.size())
             text.resize(2 * size);
     }

@@ -14,8 +14,8 @@
 /// files, as /dev/stdin and /dev/fd/3, are those files as they stand, not opened anew.
 namespace osdx::inline OSDX_ABI {
 
-/// All bytes of a file, a device or a pipe.
-/// \return FileUnreadable
+/// All bytes of a file or a pipe.
+/// \return FileUnreadable; also for folders and devices, and beyond 64 GiB
 OSDX_API Result<std::string> read_file(const std::filesystem::path& path);
 
 /// Lets `write` fill a stream, and gives the file its name only when that succeeded: a

@@ -14,6 +14,8 @@
 #include <osdx/resolved_features.h>
 #include <osdx/topology.h>
 
+#include "far/mesh/formats/scan.h"
+
 namespace osdx::inline OSDX_ABI {
 namespace {
 
@@ -57,8 +59,10 @@ private:
     Status refuse(Index number, const std::string& why,
                   ErrorCode code = ErrorCode::InvalidTag) const {
         const Tag& tag = data_.tags[number];
-        return fail(code, fmt::format("tag {} is '{}' {}", number, tag.name, why), number,
-                    tag.line);
+        return fail(
+            code,
+            fmt::format("tag {} is '{}' {}", number, detail::printable(tag.name), why),
+            number, tag.line);
     }
 
     Status read(const Tag& tag, Index number) {

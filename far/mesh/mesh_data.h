@@ -12,6 +12,7 @@
 #include <osdx/channels.h>
 #include <osdx/result.h>
 #include <osdx/types.h>
+#include <osdx/warning.h>
 
 namespace osdx::inline OSDX_ABI {
 
@@ -146,6 +147,7 @@ struct MeshData {
 
     std::vector<Index> vertex_lines;  ///< line of the file for each vertex
     std::vector<Index> face_lines;    ///< line of the file for each face
+    std::vector<Warning> warnings;    ///< of the reader of the file
 
     /// Its faces and lines; features of a file are tags, which build_features() reads.
     MeshView view() const noexcept {

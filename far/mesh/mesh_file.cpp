@@ -10,6 +10,7 @@
 #include <osdx/file.h>
 #include <osdx/mesh_file.h>
 
+#include "far/mesh/formats/encoding.h"
 #include "far/mesh/formats/formats.h"
 #include "far/mesh/formats/output.h"
 #include "far/mesh/formats/scan.h"
@@ -61,10 +62,22 @@ Result<MeshData> parse_mesh(std::string_view text, std::string_view extension) {
                     fmt::format("the extension '{}' is none of .obj, .off and .ply",
                                 detail::printable(extension)));
     }
-    if (text.starts_with("\xEF\xBB\xBF"))  // the byte order mark of UTF-8
+    // The byte order marks of UTF-8 and UTF-16.
+    std::string converted;
+    if (text.starts_with("\xEF\xBB\xBF")) {
         text.remove_prefix(3);
+    } else if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
+        converted = detail::from_utf16(text.substr(2), text.front() == '\xFE');
+        text = converted;
+    }
     if (std::ranges::all_of(text, detail::is_space))
         return fail(ErrorCode::EmptyMesh, "the file is empty");
+    if (text.substr(0, 2).find('\0') != text.npos) {
+        return fail(
+            ErrorCode::FileFormat,
+            "the file starts with a byte 0, as UTF-16 without a mark or what is no "
+            "text does: save it as UTF-8");
+    }
     return read(text);
 }
 

@@ -171,7 +171,7 @@ Status check_obj(const Content& content) {
 Status check_ply(const Content& content) {
     if (Status status = check_content(content); !status)
         return status;
-    return detail::check_ply_names(content.t.channels);
+    return detail::check_ply_names(content.t.channels, false);
 }
 
 /// Whether the positions fit into floats; not if one is nan or infinite.

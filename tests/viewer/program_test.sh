@@ -55,6 +55,15 @@ warns() {
     done
 }
 
+# tells PATTERN ARGS: status 0, one matching line on stderr.
+tells() {
+    local pattern=$1
+    shift
+    "$osdx" "$@" >stdout 2>stderr || fail "$*: status $?: $(cat stderr)"
+    grep -Eq -e "$pattern" stderr || fail "$*: '$(cat stderr)' does not say '$pattern'"
+    [[ $(wc -l <stderr) == 1 ]] || fail "$*: not one line: $(cat stderr)"
+}
+
 # refuses STATUS PATTERN ARGS: that status, one matching line on stderr (usage errors may
 # have more), and no file that was not there before.
 refuses() {
@@ -386,6 +395,63 @@ refuses_surface() {
     refuses 1 "^osdx: $1.*$2" tessellate "$1" --rate 2 --out x.ply
     refuses 1 "^osdx: $1.*$2" info "$1" --json x.json
 }
+
+# ------------------------------------------------------------------ what is taken, with a warning
+
+printf '%s\n' "$vertices" 'vt 0 0' 'f 4/1 3/1 2/1 1/1' "$(sed 1d <<<"$faces")" >mixed.obj
+tells '^osdx: warning: mixed.obj:11: face 1 has no texture coordinates' info mixed.obj
+tells 'mixed.obj:11' subdivide mixed.obj --out mixed_out.obj
+printf 'face,u,v\n0,0.5,1\n0,3000000000,0.25\n1,-1,0.5\n' >outside.csv
+tells '^osdx: warning: outside.csv:3: .*outside of face 0 and taken as \(1, 0.25\); 2 rows' \
+    eval cube.obj --at outside.csv --out x.csv
+rm x.csv
+
+# ------------------------------------------------------------------ repairs
+
+printf '%s\n' "$vertices" 'f 1 2 3 4' "$(sed 1d <<<"$faces")" 'f 1 2' >broken.obj
+refuses 1 '^osdx: broken.obj:15: face 6 has 2 vertices \(--repair helps\)$' info broken.obj
+tells '^osdx: warning: broken.obj: 1 face dropped, 1 face turned \[repaired\]$' info broken.obj --repair
+grep -q '8 vertices, 12 edges, 6 faces, closed' stdout || fail "--repair: $(cat stdout)"
+tells 'repaired' subdivide broken.obj --repair --out repaired.off
+{
+    printf 'v %s\n' '0 0 0' '1 0 0' '1 1 0' '1 0 1e-4' '2 0 0' '1 1 0'
+    printf 'f %s\n' '1 2 3' '4 5 6'
+} >apart.obj
+succeeds -- info apart.obj
+grep -q ' 2 components' stdout || fail "info: $(cat stdout)"
+tells ': 2 vertices welded \[repaired\]$' info apart.obj --weld 1e-3
+grep -q ' 1 component,' stdout || fail "--weld: $(cat stdout)"
+tells ': 1 vertex welded, .*\[repaired\]$' info apart.obj --weld 0 --repair
+refuses 2 'weld' info cube.obj --weld -1
+succeeds -- info cube.obj --crease-angle 89
+grep -q '^creases: *12 infinitely sharp$' stdout || fail "--crease-angle: $(cat stdout)"
+succeeds -- info cube.obj --crease-angle 91
+grep -q '^creases:' stdout && fail "--crease-angle: $(cat stdout)"
+refuses 1 '^osdx: broken.obj:15: .*--repair' info broken.obj --crease-angle 30
+
+# ------------------------------------------------------------------ what is no file of its kind
+
+ln -s /dev/zero zero.obj
+refuses 1 '^osdx: zero.obj: .*device' info zero.obj
+refuses 1 '^osdx: zero.obj: .*device' patch zero.obj --out x.json
+refuses 1 '^osdx: zero.obj: .*device' eval cube.obj --at zero.obj --out x.csv
+mkdir folder.obj
+refuses 1 '^osdx: folder.obj: .*directory' info folder.obj
+refuses 1 '^osdx: folder.obj: .*directory' patch folder.obj --out x.json
+refuses 1 '^osdx: folder.obj: .*directory' eval cube.obj --at folder.obj --out x.csv
+succeeds -- info cube.obj --json pipe.json
+"$osdx" info <(cat cube.obj) >stdout 2>stderr && fail "a pipe has no extension"
+mkfifo pipe.obj
+cat cube.obj >pipe.obj &
+succeeds -- info pipe.obj
+printf '{"kind": "EV", "a": %s1%s, "b": 2}' "$(printf '[%.0s' {1..100000})" \
+    "$(printf ']%.0s' {1..100000})" >deep.json
+refuses 1 '^osdx: deep.json: the JSON nests deeper' patch deep.json --out x.json
+printf '%s\n' "$vertices" "$faces" >bad_utf8.obj
+printf 't \xff\xfe 0/0/0\n' >>bad_utf8.obj
+refuses 1 "^osdx: bad_utf8.obj:15: tag 0 is '\?\?'" info bad_utf8.obj
+succeeds utf8.json -- info bad_utf8.obj --ignore-tags --json utf8.json
+grep -q $'\xef\xbf\xbd' utf8.json || fail "info: no U+FFFD in $(cat utf8.json)"
 
 refuses 1 '^osdx: missing.obj: ' info missing.obj
 : >empty.obj

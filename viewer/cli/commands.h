@@ -38,7 +38,10 @@ struct CommandOptions {
     std::string shade = "phong";
     PatchTableOptions patches;  ///< the family is that of `patch`; see load_job()
     FeatureOptions features;
-    int levels = 1;  ///< of subdivision
+    bool repair = false;
+    std::optional<double> weld;          ///< over the diagonal; 1e-6 with `repair`
+    std::optional<double> crease_angle;  ///< in degrees: sharper edges are creases
+    int levels = 1;                      ///< of subdivision
     int rate = 8;
     std::optional<double> edge_length,
         error;                       ///< instead; over the bounding-box diagonal

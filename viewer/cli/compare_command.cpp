@@ -141,7 +141,7 @@ Status draw_pictures(const Job& job, const LimitSurface& limit,
 Status compare_command(const CommandOptions& options) {
     ProgressBar progress(options);
     progress.stage("laying patches");
-    Result<Job> job = load_job(options, progress.work());
+    Result<Job> job = load_job(options, progress);
     if (!job)
         return job.error();
     const Topology& base = job->surface.base();

@@ -56,7 +56,7 @@ Result<Json> compare_degrees(CommandOptions options, ProgressBar& progress) {
     for (int degree = 2; degree <= 7; ++degree) {
         options.patches.degree = degree;
         progress.stage(fmt::format("degree {}", degree));
-        Result<Job> job = load_job(options);
+        Result<Job> job = load_job(options, progress);
         if (!job)
             return job.error();
         const Result<Measures> m = measure_limit(*job, options, progress);
@@ -90,7 +90,7 @@ Status draw(const render::PictureInput& input, render::Shade shade, std::string_
 /// The tessellation, and the pictures, beside one of the limit surface.
 Status show_cubic(CommandOptions options, ProgressBar& progress) {
     options.patches.degree = 3;
-    const Result<Job> job = load_job(options);
+    const Result<Job> job = load_job(options, progress);
     if (!job)
         return job.error();
     progress.stage("writing the tessellation");
@@ -120,7 +120,7 @@ Status show_cubic(CommandOptions options, ProgressBar& progress) {
 
 Status show_quintic(CommandOptions options, ProgressBar& progress) {
     options.patches.degree = 5;
-    const Result<Job> job = load_job(options);
+    const Result<Job> job = load_job(options, progress);
     if (!job)
         return job.error();
     render::PictureInput input = job_picture(*job);

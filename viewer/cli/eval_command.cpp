@@ -1,6 +1,7 @@
 // Copyright 2026 The osdx authors.
 // SPDX-License-Identifier: Apache-2.0
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <ostream>
@@ -43,14 +44,48 @@ bool parse_field(std::string_view& line, char end, T& value) {
     return true;
 }
 
+/// Addresses that are beyond the domains of their faces.
+class OutsideFaces {
+public:
+    explicit OutsideFaces(const Topology& base) : base_(base) {}
+
+    void look_at(const Address& a, Index line) {
+        const Address nearest = to_address(base_, to_quarter(base_, a));
+        // Rounding of a text with six digits moves nothing that anybody sees.
+        constexpr double kTolerance = 1e-6;
+        if (std::max(std::abs(nearest.u - a.u), std::abs(nearest.v - a.v)) <= kTolerance)
+            return;
+        if (n_++ > 0)
+            return;
+        first_ = {WarningCode::OutsideFace,
+                  fmt::format("({}, {}) is outside of face {} and taken as ({}, {})", a.u,
+                              a.v, a.face, nearest.u, nearest.v),
+                  line};
+    }
+
+    void tell(const std::filesystem::path& file, ProgressBar& progress) {
+        if (n_ == 0)
+            return;
+        first_.message += fmt::format("; {} rows are so", n_);
+        warn(first_, file, progress);
+    }
+
+private:
+    const Topology& base_;
+    std::size_t n_ = 0;
+    Warning first_{};
+};
+
 Result<std::vector<Address>> read_addresses(const std::filesystem::path& file,
-                                            const PatchTable& patches) {
+                                            const PatchTable& patches,
+                                            ProgressBar& progress) {
     const Index n_faces = patches.base().n_faces();
     Result<std::string> content = read_file(file);
     if (!content)
         return in_file(content.error(), file);
     std::istringstream in(std::move(*content));
     std::vector<Address> addresses;
+    OutsideFaces outside(patches.base());
     std::string text;
     for (Index line = 1; std::getline(in, text); ++line) {
         std::string_view rest = text;
@@ -89,10 +124,12 @@ Result<std::vector<Address>> read_addresses(const std::filesystem::path& file,
                      a.face, line),
                 file);
         }
+        outside.look_at(a, line);
         addresses.push_back(a);
     }
     if (addresses.empty())
         return in_file(fail(ErrorCode::FileFormat, "the file has no points"), file);
+    outside.tell(file, progress);
     return addresses;
 }
 
@@ -101,12 +138,12 @@ Result<std::vector<Address>> read_addresses(const std::filesystem::path& file,
 Status eval_command(const CommandOptions& options) {
     ProgressBar progress(options);
     progress.stage("laying patches");
-    const Result<Job> job = load_job(options, progress.work());
+    const Result<Job> job = load_job(options, progress);
     if (!job)
         return job.error();
     const Topology& base = job->surface.base();
     const Result<std::vector<Address>> at =
-        read_addresses(options.at, job->surface.patches());
+        read_addresses(options.at, job->surface.patches(), progress);
     if (!at)
         return at.error();
     progress.stage("evaluating");

@@ -113,7 +113,7 @@ std::string patch_lines(const PatchTable& patches, const Json& report) {
 Status info_command(const CommandOptions& options) {
     ProgressBar progress(options);
     progress.stage("laying patches");
-    const Result<Job> job = load_job(options, progress.work());
+    const Result<Job> job = load_job(options, progress);
     if (!job)
         return job.error();
     const Result<Features> features =

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <iterator>
 #include <ostream>
 #include <string_view>
 #include <utility>
@@ -15,8 +16,11 @@
 
 #include <osdx/add_channels.h>
 #include <osdx/build_patch_table.h>
+#include <osdx/build_topology.h>
+#include <osdx/creases.h>
 #include <osdx/file.h>
 #include <osdx/mesh_file.h>
+#include <osdx/repair.h>
 #include <osdx/resolved_features.h>
 #include <osdx/surface_function.h>
 #include <osdx/topology.h>
@@ -103,6 +107,45 @@ Result<LimitSurface> Job::build_limit(Channels<const double> channels, int first
     return LimitSurface::build(surface.base(), surface.features(), values, isolation);
 }
 
+namespace {
+
+/// "3 vertices welded, 1 face turned".
+std::string one_line(const RepairReport& r) {
+    std::string line;
+    const auto add = [&](Index n, std::string_view one, std::string_view several,
+                         std::string_view what) {
+        if (n > 0) {
+            line += fmt::format("{}{} {} {}", line.empty() ? "" : ", ", n,
+                                n == 1 ? one : several, what);
+        }
+    };
+    add(r.n_welded, "vertex", "vertices", "welded");
+    add(r.n_dropped_faces, "face", "faces", "dropped");
+    add(r.n_shortened_faces, "face", "faces", "without repeated vertices");
+    add(r.n_parted_edges, "edge", "edges", "of three or more faces parted");
+    add(r.n_cut_edges, "edge", "edges", "cut that no orientation suits");
+    add(r.n_flipped_faces, "face", "faces", "turned");
+    add(r.n_added_vertices, "vertex", "vertices", "added");
+    add(r.n_dropped_tags, "tag", "tags", "dropped");
+    return line;
+}
+
+const char* name_of(WarningCode code) {
+    switch (code) {
+        case WarningCode::MissingTexcoords:
+            return "uvs-missing";
+        case WarningCode::InvalidTexcoords:
+            return "uvs-invalid";
+        case WarningCode::ExtraValues:
+            return "extra-values";
+        case WarningCode::MissingHeader:
+            return "header-missing";
+        case WarningCode::OutsideFace:
+            return "outside-face";
+    }
+    return "";
+}
+
 Result<MeshData> read_input(const CommandOptions& options) {
     constexpr std::array<std::string_view, 3> kKnown = {".obj", ".off", ".ply"};
     const Result<std::string> text = read_file(options.input);
@@ -115,11 +158,61 @@ Result<MeshData> read_input(const CommandOptions& options) {
     return mesh;
 }
 
-Result<Job> load_job(const CommandOptions& options, Progress* progress) {
+Result<MeshData> repaired_mesh(const MeshData& mesh, const CommandOptions& options,
+                               ProgressBar& progress) {
+    RepairOptions how{.faces = options.repair};
+    how.weld = options.weld.value_or(how.weld);
+    Result<RepairedMesh> repaired = repair(mesh, how);
+    if (!repaired)
+        return in_file(repaired.error(), options.input);
+    if (const std::string done = one_line(repaired->report); !done.empty())
+        progress.warn("repaired", fmt::format("{}: {}", options.input.string(), done));
+    return std::move(repaired->mesh);
+}
+
+}  // namespace
+
+void warn(const Warning& warning, const std::filesystem::path& file,
+          ProgressBar& progress) {
+    const Error as_error = in_file(
+        {ErrorCode::FileFormat, warning.message, kInvalidIndex, warning.line}, file);
+    progress.warn(name_of(warning.code), as_error.message);
+}
+
+Result<MeshData> load_mesh(const CommandOptions& options, ProgressBar& progress) {
     Result<MeshData> mesh = read_input(options);
     if (!mesh)
+        return mesh;
+    for (const Warning& warning : mesh->warnings)
+        warn(warning, options.input, progress);
+    if (options.repair || options.weld)
+        mesh = repaired_mesh(*mesh, options, progress);
+    if (!mesh || !options.crease_angle)
+        return mesh;
+    const Result<Topology> topology = build_topology(*mesh);
+    if (!topology)
+        return refused(topology.error(), options);
+    std::vector<Tag> creases = crease_tags(*mesh, *topology, *options.crease_angle);
+    // A later tag replaces an earlier one.
+    mesh->tags.insert(mesh->tags.end(), std::make_move_iterator(creases.begin()),
+                      std::make_move_iterator(creases.end()));
+    return mesh;
+}
+
+Error refused(Error error, const CommandOptions& options) {
+    using enum ErrorCode;
+    constexpr std::array kRepaired = {FaceTooSmall, RepeatedVertex, NonManifoldEdge,
+                                      OppositeFaces, NonManifoldVertex};
+    if (!options.repair && std::ranges::find(kRepaired, error.code) != kRepaired.end())
+        error.message += " (--repair helps)";
+    return in_file(std::move(error), options.input);
+}
+
+Result<Job> load_job(const CommandOptions& options, ProgressBar& progress) {
+    Result<MeshData> mesh = load_mesh(options, progress);
+    if (!mesh)
         return mesh.error();
-    return build_job(std::move(*mesh), options, progress);
+    return build_job(std::move(*mesh), options, progress.work());
 }
 
 Result<Job> build_job(MeshData mesh, const CommandOptions& options, Progress* progress) {
@@ -129,7 +222,7 @@ Result<Job> build_job(MeshData mesh, const CommandOptions& options, Progress* pr
         options.patch == "gregory" ? PatchFamily::Gregory : PatchFamily::Multisided;
     Result<Surface> surface = Surface::build(mesh, patches, options.features, progress);
     if (!surface)
-        return in_file(surface.error(), options.input);
+        return refused(surface.error(), options);
     Job job{std::move(mesh), std::move(*surface), std::nullopt, watch.lap()};
     if (options.patch == "catmark") {
         Result<LimitSurface> limit = job.build_limit(options.limit_isolation);
@@ -152,6 +245,10 @@ Status written(Status status, const std::filesystem::path& file) {
     return status ? std::move(status) : in_file(status.error(), file);
 }
 
+std::string to_text(const Json& json, int indent) {
+    return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
 bool is_extension(std::string_view extension, std::string_view lower) {
     return std::ranges::equal(extension, lower, {},
                               [](unsigned char c) { return std::tolower(c); });
@@ -171,9 +268,9 @@ Status write_report(const CommandOptions& options, Json report,
         return ok();
     report["warnings"] = progress.warnings();
     // Names of a mesh may have bytes that are no UTF-8.
-    const std::string text = report.dump(2, ' ', false, Json::error_handler_t::replace);
     return written(
-        write_file(options.json, [&](std::ostream& out) { out << text << '\n'; }),
+        write_file(options.json,
+                   [&](std::ostream& out) { out << to_text(report, 2) << '\n'; }),
         options.json);
 }
 

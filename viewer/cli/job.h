@@ -26,6 +26,13 @@ namespace osdx::cli {
 /// The error with the file, and the line where there is one, before its message.
 Error in_file(Error error, const std::filesystem::path& file);
 
+/// With the file before its message.
+void warn(const Warning& warning, const std::filesystem::path& file,
+          ProgressBar& progress);
+
+/// The text of a report; what is not UTF-8 in names becomes U+FFFD.
+std::string to_text(const Json& json, int indent);
+
 /// The input of a subcommand, ready to evaluate.
 struct Job {
     MeshData mesh;
@@ -47,13 +54,18 @@ struct Job {
     Result<LimitSurface> build_limit(Channels<const double> channels, int first,
                                      int isolation) const;
 };
-/// The mesh of options.input: of the format that its name tells, or of --format.
-Result<MeshData> read_input(const CommandOptions& options);
+/// The mesh of options.input, of the format that its name tells or of --format; repaired where
+/// that is asked for. Warned of is what the reader took as it is not, and what was repaired.
+Result<MeshData> load_mesh(const CommandOptions& options, ProgressBar& progress);
+
+/// A refused mesh: with the option that would help, where one would.
+Error refused(Error error, const CommandOptions& options);
+
 /// \param progress  null, or told how far the surface is
 Result<Job> build_job(MeshData mesh, const CommandOptions& options,
                       Progress* progress = nullptr);
 /// Both of them.
-Result<Job> load_job(const CommandOptions& options, Progress* progress = nullptr);
+Result<Job> load_job(const CommandOptions& options, ProgressBar& progress);
 
 /// The texture coordinates of a job's mesh, over the same faces as its surface.
 Result<TextureSurface> load_texture(const Job& job, const CommandOptions& options);

@@ -79,6 +79,20 @@ struct Parser {
             ->required();
         sub->add_flag("--ignore-tags", options.features.ignore_tags,
                       "take the mesh as if it had no tags (creases, corners, holes)");
+        sub->add_flag(
+            "--repair", options.repair,
+            "make a mesh of what is none: near points become one, small faces "
+            "go, orientations agree, edges and vertices of several sheets part");
+        sub->add_option(
+               "--weld", options.weld,
+               "points so near become one; over the diagonal of the bounding box "
+               "[1e-6 with --repair]")
+            ->check(CLI::Range(0.0, 1.0));
+        sub->add_option(
+               "--crease-angle", options.crease_angle,
+               "edges whose faces' normals differ by more degrees are infinitely "
+               "sharp, beside the mesh's tags")
+            ->check(CLI::Range(0.0, 180.0));
         static constexpr auto& rules = cli::kBoundaryRuleNames;
         sub->add_option_function<std::string>(
                "--boundary",

@@ -59,11 +59,22 @@ bool read_int(const Json& j, const char* key, int least, int most, int& out) {
     return value >= least && value <= most;
 }
 
+/// No net nests deeper than some levels, but functions that call themselves for each would run
+/// out of stack.
+constexpr int kMostLevels = 100;
+
 Result<Json> read_json(const std::filesystem::path& file) {
     const Result<std::string> text = read_file(file);
     if (!text)
         return in_file(text.error(), file);
-    Json j = Json::parse(*text, nullptr, false);
+    bool too_deep = false;
+    const auto keep = [&](int depth, Json::parse_event_t, const Json&) {
+        too_deep = too_deep || depth > kMostLevels;
+        return !too_deep;
+    };
+    Json j = Json::parse(*text, keep, false);
+    if (too_deep)
+        return bad_net(file, fmt::format("the JSON nests deeper than {}", kMostLevels));
     if (j.is_discarded() || !j.is_object())
         return bad_net(file, "this is no JSON object");
     return j;
@@ -341,9 +352,8 @@ Status patch_command(const CommandOptions& options) {
     if (!evaluated)
         return evaluated.error();
     const Json& report = *evaluated;
-    const Status s = write_file(options.out, [&](std::ostream& out) {
-        out << report.dump(1, ' ', false, Json::error_handler_t::replace) << '\n';
-    });
+    const Status s = write_file(
+        options.out, [&](std::ostream& out) { out << to_text(report, 1) << '\n'; });
     if (!s)
         return in_file(s.error(), options.out);
     return write_report(options, report, progress);

@@ -31,7 +31,7 @@ Status render_command(const CommandOptions& options) {
     }
     ProgressBar progress(options);
     progress.stage("laying patches");
-    const Result<Job> job = load_job(options, progress.work());
+    const Result<Job> job = load_job(options, progress);
     if (!job)
         return job.error();
     render::PictureInput input = job_picture(*job);

@@ -73,7 +73,7 @@ Status subdivide_command(const CommandOptions& options) {
     if (!format && format.error().code == ErrorCode::InvalidOption)
         return in_file(format.error(), options.out);
     progress.stage("reading");
-    const Result<MeshData> data = read_input(options);
+    const Result<MeshData> data = load_mesh(options, progress);
     if (!data)
         return data.error();
     progress.stage("refining");
@@ -87,7 +87,7 @@ Status subdivide_command(const CommandOptions& options) {
         // No file is to blame for an option.
         return refined.error().code == ErrorCode::InvalidOption
                    ? refined.error()
-                   : in_file(refined.error(), options.input);
+                   : refused(refined.error(), options);
     }
     const MeshData& mesh = refined->data;
     if (options.patches.degree % 2 == 0)

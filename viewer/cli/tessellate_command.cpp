@@ -88,7 +88,7 @@ Status tessellate_command(const CommandOptions& options) {
     if (!format && format.error().code == ErrorCode::InvalidOption)
         return in_file(format.error(), options.out);
     progress.stage("laying patches");
-    const Result<Job> job = load_job(options, progress.work());
+    const Result<Job> job = load_job(options, progress);
     if (!job)
         return job.error();
     progress.stage("evaluating");

@@ -65,22 +65,27 @@ std::optional<ObjCorner> parse_obj_corner(std::string_view word) {
 }
 
 /// From OBJ's count, from 1 or backwards from the last of `n`, to ours from 0.
-Result<std::int64_t> obj_index(const MeshData& mesh, std::int64_t index, std::size_t n,
-                               std::string_view what, std::string_view plural,
-                               Index line) {
-    const auto bad = [&](std::string_view why) {
-        const Index f = next_face(mesh);
-        return fail(ErrorCode::IndexOutOfRange,
-                    fmt::format("face {} names {} {}, {}", f, what, index, why), f, line);
-    };
+/// \return below 0 where there is none
+std::int64_t obj_index(std::int64_t index, std::size_t n) {
     if (index == 0)
-        return bad(fmt::format("but OBJ counts {} from 1", plural));
-    if (index > 0)
-        return index - 1;
-    const auto count = static_cast<std::int64_t>(n);
-    if (index < -count)
-        return bad(fmt::format("but only {} {} precede it", n, plural));
-    return count + index;
+        return -1;
+    return index > 0 ? index - 1
+                     : std::max<std::int64_t>(index + static_cast<std::int64_t>(n), -1);
+}
+
+Status add_obj_vertex(MeshData& mesh, std::int64_t number, Index line) {
+    const std::int64_t index = obj_index(number, mesh.positions.size());
+    if (index >= 0)
+        return add_corner(mesh, index, line);
+    const Index f = next_face(mesh);
+    return fail(
+        ErrorCode::IndexOutOfRange,
+        number == 0
+            ? fmt::format("face {} names vertex 0, but OBJ counts vertices from 1", f)
+            : fmt::format("face {} names vertex {}, but only {} vertices "
+                          "precede it",
+                          f, number, mesh.positions.size()),
+        f, line);
 }
 
 Status add_obj_corner(MeshData& mesh, std::string_view word, Index line) {
@@ -90,45 +95,24 @@ Status add_obj_corner(MeshData& mesh, std::string_view word, Index line) {
         return unexpected(fmt::format("face {}", f), word,
                           "a corner v, v/vt, v//vn or v/vt/vn", f, line);
     }
-    const auto vertex = obj_index(mesh, corner->vertex, mesh.positions.size(), "vertex",
-                                  "vertices", line);
-    if (!vertex)
-        return vertex.error();
+    if (Status status = add_obj_vertex(mesh, corner->vertex, line); !status)
+        return status;
     if (corner->uv) {
-        const auto uv = obj_index(mesh, *corner->uv, mesh.uvs.size(),
-                                  "texture coordinate", "texture coordinates", line);
-        if (!uv)
-            return uv.error();
-        // What is beyond 32 bits is beyond the list as well, whose check comes later.
-        mesh.face_uvs.push_back(
-            static_cast<Index>(std::min<std::int64_t>(*uv, kInvalidIndex)));
+        const std::int64_t uv = obj_index(*corner->uv, mesh.uvs.size());
+        add_uv(mesh, mesh.face_vertices.size() - 1,
+               std::in_range<Index>(uv) ? static_cast<Index>(uv) : kInvalidIndex);
     }
-    return add_corner(mesh, *vertex, line);
+    return ok();
 }
 
 Status read_obj_face(Words words, Index line, MeshData& mesh) {
     const std::size_t first = mesh.face_vertices.size();
-    const std::size_t first_uv = mesh.face_uvs.size();
     for (const std::string_view word : words) {
         if (Status status = add_obj_corner(mesh, word, line); !status)
             return status;
     }
-    const Index f = next_face(mesh);
-    const std::size_t n_uvs = mesh.face_uvs.size() - first_uv;
-    if (n_uvs != 0 && n_uvs != words.size()) {
-        return fail(ErrorCode::FileFormat,
-                    fmt::format("face {} has texture coordinates at {} of {} corners", f,
-                                n_uvs, words.size()),
-                    f, line);
-    }
-    if (f > 0 && (n_uvs != 0) != (first_uv != 0)) {
-        return fail(ErrorCode::FileFormat,
-                    fmt::format("face {} has {} texture coordinates, unlike the faces "
-                                "before it",
-                                f, n_uvs == 0 ? "no" : "some"),
-                    f, line);
-    }
-    return end_face(mesh, first, line);
+    end_face(mesh, first, line);
+    return ok();
 }
 
 /// The counts of a tag, "2/1/0".
@@ -256,7 +240,9 @@ void write_tag(Output& out, const Tag& tag) {
 Result<MeshData> read_obj(std::string_view text) {
     MeshData mesh;
     ReadNames groups(mesh.groups), objects(mesh.objects), materials(mesh.materials);
-    LineScanner lines(text, {.comments = true, .continuations = true});
+    static constexpr std::array<std::string_view, 4> kNames = {"g", "o", "usemtl",
+                                                               "mtllib"};
+    LineScanner lines(text, {.comments = true, .continuations = true, .names = kNames});
     while (lines.next()) {
         const std::string_view keyword = lines.words().front();
         const Words words = lines.words().subspan(1);
@@ -284,8 +270,7 @@ Result<MeshData> read_obj(std::string_view text) {
         if (!status)
             return status.error();
     }
-    if (const Status status = check_uvs(mesh); !status)
-        return status.error();
+    settle_uvs(mesh);
     return finish(std::move(mesh));
 }
 
@@ -294,7 +279,10 @@ Status check_obj(const MeshData& mesh) {
         return status;
     for (std::size_t i = 0; i < mesh.tags.size(); ++i) {
         const Tag& tag = mesh.tags[i];
-        if (!is_word(tag.name) || !std::ranges::all_of(tag.text, is_word)) {
+        const auto is_whole = [](std::string_view word) {
+            return is_word(word) && !word.ends_with('\\');
+        };
+        if (!is_whole(tag.name) || !std::ranges::all_of(tag.text, is_whole)) {
             return fail(ErrorCode::WriteFailed,
                         fmt::format("tag {} has a text that is not one word", i));
         }

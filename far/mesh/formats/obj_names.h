@@ -18,9 +18,9 @@
 /// Groups, objects and materials in OBJ files, for the writers of meshes and tessellations.
 namespace osdx::inline OSDX_ABI::detail {
 
-/// Whether the reader of OBJ takes `text` as one word.
+/// Whether the reader of OBJ takes `text` as one word, if it is not the last of a tag.
 inline bool is_word(std::string_view text) {
-    return !text.empty() && text.front() != '#' && text.back() != '\\' &&
+    return !text.empty() && text.front() != '#' &&
            std::ranges::none_of(text, [](unsigned char c) { return std::isspace(c); });
 }
 

@@ -24,25 +24,53 @@ namespace osdx::inline OSDX_ABI::detail {
 namespace {
 
 struct OffHeader {
-    bool has_colors = false, has_normals = false;
+    bool has_uvs = false, has_colors = false, has_normals = false;
     std::int64_t n_vertices = 0, n_faces = 0;
 };
 
-/// Reads "OFF", "COFF", "NOFF" or "CNOFF" and the counts after it, on the same line or on the
-/// next.
-Result<OffHeader> read_off_header(LineScanner& lines) {
+/// "OFF" after ST, C and N, each of which may be missing.
+Status read_off_keyword(std::string_view word, Index line, OffHeader& header) {
+    std::string_view name = word;
+    for (auto [prefix, has] : {std::pair<std::string_view, bool*>("ST", &header.has_uvs),
+                               {"C", &header.has_colors},
+                               {"N", &header.has_normals}}) {
+        *has = name.starts_with(prefix);
+        name.remove_prefix(*has ? prefix.size() : 0);
+    }
+    if (name == "OFF")
+        return ok();
+    if (name == "4OFF" || name == "nOFF" || name == "4nOFF") {
+        return fail(ErrorCode::FileFormat,
+                    fmt::format("{} has points of other than three coordinates, which "
+                                "are not read",
+                                printable(word)),
+                    kInvalidIndex, line);
+    }
+    return unexpected("the header", word, "OFF, perhaps after ST, C and N", kInvalidIndex,
+                      line);
+}
+
+/// Reads the keyword, which may be missing, and the counts after it, on the same line or on
+/// the next.
+Result<OffHeader> read_off_header(LineScanner& lines, MeshData& mesh) {
     OffHeader header;
-    std::string_view name = lines.words().front();
-    for (auto [letter, has] :
-         {std::pair('C', &header.has_colors), std::pair('N', &header.has_normals)}) {
-        *has = name.starts_with(letter);
-        name.remove_prefix(*has);
+    Words words = lines.words();
+    if (words.size() > 1 && parse<std::int64_t>(words[0]) &&
+        parse<std::int64_t>(words[1])) {
+        mesh.warnings.push_back({WarningCode::MissingHeader,
+                                 "the file has no line OFF; it is taken as if it had one",
+                                 lines.line()});
+    } else {
+        if (Status status = read_off_keyword(words[0], lines.line(), header); !status)
+            return status.error();
+        words = words.subspan(1);
     }
-    if (name != "OFF") {
-        return unexpected("the header", lines.words().front(), "OFF, COFF, NOFF or CNOFF",
-                          kInvalidIndex, lines.line());
+    if (!words.empty() && words[0] == "BINARY") {
+        return fail(ErrorCode::FileFormat,
+                    "the file is binary OFF, which is not read: let the program that "
+                    "made it write OFF as text, or PLY",
+                    kInvalidIndex, lines.line());
     }
-    Words words = lines.words().subspan(1);
     if (words.empty() && lines.next())
         words = lines.words();
     if (words.size() < 2) {
@@ -65,24 +93,50 @@ Result<OffHeader> read_off_header(LineScanner& lines) {
     return header;
 }
 
-/// The position, perhaps a normal, which is left out, and a colour.
-/// \param are_integers  set to false where its numbers are not
+Status read_off_uv(Words words, Index line, MeshData& mesh) {
+    const Index v = next_vertex(mesh) - 1;
+    if (words.size() < 2) {
+        return fail(ErrorCode::FileFormat,
+                    fmt::format("vertex {} lacks its texture coordinates", v), v, line);
+    }
+    Vec2<double> uv;
+    for (int k = 0; k < 2; ++k) {
+        const auto x = parse<double>(words[k]);
+        if (!x) {
+            return unexpected(fmt::format("vertex {}", v), words[k], "a number", v, line);
+        }
+        uv[k] = *x;
+    }
+    mesh.uvs.push_back(uv);
+    return ok();
+}
+
+/// The position, perhaps a normal, which is left out, a colour and texture coordinates.
+/// \param are_integers  set to false where the numbers of the colour are not
 Status read_off_vertex(Words words, Index line, const OffHeader& header, MeshData& mesh,
                        bool& are_integers) {
-    if (Status status = read_vertex(words, line, mesh); !status || !header.has_colors)
+    if (Status status = read_vertex(words, line, mesh); !status)
         return status;
     const std::size_t first = header.has_normals ? 6 : 3;
-    const std::size_t n = std::max(words.size(), first) - first;
-    if (n != 3 && n != 4) {
-        const Index v = next_vertex(mesh) - 1;
-        return fail(
-            ErrorCode::FileFormat,
-            fmt::format("the colour of vertex {} has {} numbers instead of 3 or 4", v, n),
-            v, line);
+    words = words.subspan(std::min(first, words.size()));
+    if (header.has_colors) {
+        const std::size_t n_uvs = header.has_uvs ? 2 : 0;
+        const std::size_t n = std::max(words.size(), n_uvs) - n_uvs;
+        if (n != 3 && n != 4) {
+            const Index v = next_vertex(mesh) - 1;
+            return fail(
+                ErrorCode::FileFormat,
+                fmt::format("the colour of vertex {} has {} numbers instead of 3 or 4", v,
+                            n),
+                v, line);
+        }
+        for (const std::string_view word : words.first(n))
+            are_integers = are_integers && parse<std::int64_t>(word);
+        if (Status status = read_color(words.first(n), line, mesh); !status)
+            return status;
+        words = words.subspan(n);
     }
-    for (const std::string_view word : words.last(n))
-        are_integers = are_integers && parse<std::int64_t>(word);
-    return read_color(words.last(n), line, mesh);
+    return header.has_uvs ? read_off_uv(words, line, mesh) : ok();
 }
 
 /// Colours as integers, one of them beyond 1, are of 255.
@@ -118,7 +172,8 @@ Status read_off_face(Words words, Index line, MeshData& mesh) {
         if (Status status = add_corner(mesh, *index, line); !status)
             return status;
     }
-    return end_face(mesh, first, line);
+    end_face(mesh, first, line);
+    return ok();
 }
 
 }  // namespace
@@ -128,7 +183,7 @@ Result<MeshData> read_off(std::string_view text) {
     LineScanner lines(text, {.comments = true});
     if (!lines.next())
         return finish(std::move(mesh));
-    const auto header = read_off_header(lines);
+    const auto header = read_off_header(lines, mesh);
     if (!header)
         return header.error();
     bool are_integers = header->has_colors;
@@ -153,6 +208,9 @@ Result<MeshData> read_off(std::string_view text) {
         return fail(ErrorCode::FileFormat, "the file goes on after its last face",
                     kInvalidIndex, lines.line());
     }
+    if (header->has_uvs)
+        set_vertex_uvs(mesh);
+    settle_uvs(mesh);
     return finish(std::move(mesh));
 }
 
@@ -161,10 +219,13 @@ void write_off(std::ostream& stream, const MeshData& mesh) {
     const NamedChannels* const color = find_channels(mesh.channels, kColorName);
     out.text("{}OFF\n{} {} 0\n", color ? "C" : "", mesh.positions.size(),
              mesh.face_sizes.size());
-    write_body(out, mesh, [&](std::size_t v) {
-        if (color)
-            write_color(out, *color, v);
-    });
+    write_body(
+        out, mesh,
+        [&](std::size_t v) {
+            if (color)
+                write_color(out, *color, v);
+        },
+        [](std::size_t, std::size_t) {});
 }
 
 }  // namespace osdx::inline OSDX_ABI::detail

@@ -6,10 +6,13 @@
 #include <bit>
 #include <cctype>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <ostream>
+#include <span>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -69,7 +72,7 @@ std::optional<Scalar> parse_scalar(std::string_view word) {
 }
 
 /// What a property is to a mesh; X, Y, Z are the coordinates 0, 1, 2.
-enum class Role : std::uint8_t { X, Y, Z, Corners, Channel, None };
+enum class Role : std::uint8_t { X, Y, Z, U, V, Corners, CornerUvs, Channel, None };
 
 struct PlyProperty {
     std::string_view name;
@@ -95,6 +98,7 @@ struct PlyHeader {
     std::optional<PlyFormat> format;
     std::vector<PlyElement> elements;
     std::vector<NamedChannels> channels;  ///< without values
+    bool has_vertex_uvs = false;
 };
 
 Error header_error(std::string message, Index line) {
@@ -226,6 +230,26 @@ void add_values(PlyHeader& header, std::vector<PlyProperty>& properties) {
     }
 }
 
+/// The first pair of names that is there, unless the corners of faces have their own.
+void add_vertex_uvs(PlyHeader& header, PlyElement& element) {
+    for (PlyElement& other : header.elements) {
+        const PlyProperty* p =
+            other.name == "face" ? find_property(other, kPlyCornerUvs) : nullptr;
+        if (p && p->is_list)
+            return;
+    }
+    for (const auto& [u_name, v_name] : kPlyVertexUvs) {
+        PlyProperty* u = find_property(element, u_name);
+        PlyProperty* v = find_property(element, v_name);
+        if (!u || !v || !is_value(*u) || !is_value(*v))
+            continue;
+        u->role = Role::U;
+        v->role = Role::V;
+        header.has_vertex_uvs = true;
+        return;
+    }
+}
+
 /// Finds the coordinates and channels of vertices and the corners of faces.
 Status assign_roles(PlyElement& element, PlyHeader& header) {
     if (element.name == "vertex") {
@@ -238,6 +262,7 @@ Status assign_roles(PlyElement& element, PlyHeader& header) {
             }
             p->role = role;
         }
+        add_vertex_uvs(header, element);
         add_color(header, element);
         add_values(header, element.properties);
     } else if (element.name == "face") {
@@ -249,6 +274,9 @@ Status assign_roles(PlyElement& element, PlyHeader& header) {
                                 element.line);
         }
         p->role = Role::Corners;
+        p = find_property(element, kPlyCornerUvs);
+        if (p && p->is_list)
+            p->role = Role::CornerUvs;
     }
     return ok();
 }
@@ -397,6 +425,69 @@ struct PlyItem {
     std::int64_t number;
     Index line;
     Vec3<double> position{0};
+    Vec2<double> uv{0};
+    std::vector<double> corner_uvs{};
+};
+
+/// Texture coordinates of corners, which PLY has without numbers: corners of a vertex with the
+/// same ones share them, so that no seam lies between.
+class PlyCornerUvs {
+public:
+    /// Those of the face whose corners start at `first`, two numbers each.
+    void add(MeshData& mesh, std::size_t first, std::span<const double> numbers) {
+        const std::size_t n = mesh.face_vertices.size() - first;
+        if (numbers.empty())
+            return;
+        for (std::size_t k = 0; k < n; ++k) {
+            const bool fits = numbers.size() == 2 * n;
+            add_uv(mesh, first + k,
+                   fits ? number(mesh, mesh.face_vertices[first + k],
+                                 {numbers[2 * k], numbers[2 * k + 1]})
+                        : kInvalidIndex);
+        }
+    }
+
+private:
+    struct Key {
+        Index vertex;
+        std::uint64_t u, v;
+        bool operator==(const Key&) const = default;
+    };
+    struct Hash {
+        std::size_t operator()(const Key& key) const noexcept {
+            constexpr std::uint64_t kMix =
+                0x9e3779b97f4a7c15u;  // 2^64 by the golden ratio
+            std::uint64_t h = (key.vertex * kMix ^ key.u) * kMix;
+            h = ((h ^ h >> 32) + key.v) * kMix;
+            return static_cast<std::size_t>(h ^ h >> 32);
+        }
+    };
+
+    Index number(MeshData& mesh, Index vertex, const Vec2<double>& uv) {
+        const Key key{vertex, std::bit_cast<std::uint64_t>(uv.x),
+                      std::bit_cast<std::uint64_t>(uv.y)};
+        const auto [at, is_new] =
+            numbers_.try_emplace(key, static_cast<Index>(mesh.uvs.size()));
+        if (is_new)
+            mesh.uvs.push_back(uv);
+        return at->second;
+    }
+
+    std::unordered_map<Key, Index, Hash> numbers_;
+};
+
+/// Items with more values than the header declares.
+struct ExtraValues {
+    std::size_t n = 0;
+    std::string first;  ///< its name
+    Index line = 0;
+
+    void add(const PlyItem& item) {
+        if (n++ > 0)
+            return;
+        first = fmt::format("{} {}", printable(item.element), item.number);
+        line = item.line;
+    }
 };
 
 Error broken(const PlyItem& item, std::string_view problem) {
@@ -420,8 +511,13 @@ Status read_value(Source& source, const PlyProperty& property, PlyItem& item,
         NamedChannels& c = mesh.channels[property.channels];
         c.values[mesh.positions.size() * static_cast<std::size_t>(c.n) +
                  static_cast<std::size_t>(property.channel)] = *value / property.unit;
-    } else if (property.role != Role::None)
+    } else if (property.role == Role::CornerUvs) {
+        item.corner_uvs.push_back(*value);
+    } else if (property.role == Role::U || property.role == Role::V) {
+        item.uv[property.role == Role::V] = *value;
+    } else if (property.role != Role::None) {
         item.position[static_cast<int>(property.role)] = *value;
+    }
     return ok();
 }
 
@@ -442,9 +538,16 @@ Status read_property(Source& source, const PlyProperty& property, PlyItem& item,
     return ok();
 }
 
+/// What is gathered from item to item, beside the mesh.
+struct PlyState {
+    bool has_vertex_uvs;
+    PlyCornerUvs corner_uvs{};
+    ExtraValues extra{};
+};
+
 template <class Source>
 Status read_item(Source& source, const PlyElement& element, std::int64_t i,
-                 MeshData& mesh) {
+                 MeshData& mesh, PlyState& state) {
     const std::size_t first = mesh.face_vertices.size();
     PlyItem item{.element = element.name, .number = i, .line = source.line()};
     if (element.name == "vertex") {
@@ -456,16 +559,22 @@ Status read_item(Source& source, const PlyElement& element, std::int64_t i,
             return status;
     }
     if (!source.end())
-        return broken(item, "has too many values");
-    if (element.name == "vertex")
+        state.extra.add(item);
+    if (element.name == "vertex") {
         add_vertex(mesh, item.position, item.line);
-    if (element.name == "face")
-        return end_face(mesh, first, item.line);
+        if (state.has_vertex_uvs)
+            mesh.uvs.push_back(item.uv);
+    }
+    if (element.name == "face") {
+        state.corner_uvs.add(mesh, first, item.corner_uvs);
+        end_face(mesh, first, item.line);
+    }
     return ok();
 }
 
 template <class Source>
 Status read_items(Source& source, const PlyHeader& header, MeshData& mesh) {
+    PlyState state{.has_vertex_uvs = header.has_vertex_uvs};
     for (const PlyElement& element : header.elements) {
         if (element.properties.empty())
             continue;  // takes no room in the file, whatever its count
@@ -474,10 +583,21 @@ Status read_items(Source& source, const PlyHeader& header, MeshData& mesh) {
                 return ends_early(printable(element.name), i, element.count,
                                   source.line());
             }
-            if (Status status = read_item(source, element, i, mesh); !status)
+            if (Status status = read_item(source, element, i, mesh, state); !status)
                 return status;
         }
     }
+    if (state.extra.n > 0) {
+        mesh.warnings.push_back(
+            {WarningCode::ExtraValues,
+             fmt::format("{} has more values than the header declares, which are left "
+                         "out; so it is in {} rows",
+                         state.extra.first, state.extra.n),
+             state.extra.line});
+    }
+    if (header.has_vertex_uvs)
+        set_vertex_uvs(mesh);
+    settle_uvs(mesh);
     return ok();
 }
 
@@ -515,14 +635,19 @@ Result<MeshData> read_ply(std::string_view text) {
 Status check_ply(const MeshData& mesh) {
     if (Status status = check_shapes(mesh); !status)
         return status;
-    return check_ply_names(mesh.channels);
+    if (Status status = check_uvs(mesh); !status)
+        return status;
+    return check_ply_names(mesh.channels, !mesh.face_uvs.empty());
 }
 
 void write_ply(std::ostream& stream, const MeshData& mesh) {
     Output out(stream);
     const std::vector<PlyColumn> columns = ply_columns(mesh.channels);
+    const bool has_uvs = !mesh.face_uvs.empty();
+    const Index most = std::numeric_limits<std::uint8_t>::max() / (has_uvs ? 2 : 1);
     const bool small =
-        std::ranges::all_of(mesh.face_sizes, [](Index n) { return n < 256; });
+        std::ranges::all_of(mesh.face_sizes, [&](Index n) { return n <= most; });
+    const std::string_view count_type = small ? "uchar" : "uint";
     out.text(
         "ply\n"
         "format ascii 1.0\n"
@@ -533,17 +658,35 @@ void write_ply(std::ostream& stream, const MeshData& mesh) {
         out.text("property {} {}\n", ply_type_name(column.type), column.name);
     out.text(
         "element face {}\n"
-        "property list {} uint vertex_indices\n"
-        "end_header\n",
-        mesh.face_sizes.size(), small ? "uchar" : "uint");
-    write_body(out, mesh, [&](std::size_t v) {
-        for (const PlyColumn& column : columns) {
-            if (column.type == PlyNumber::Byte)
-                out.text(" {}", column.byte(v));
-            else
-                out.text(" {}", column.value(v));
-        }
-    });
+        "property list {} uint vertex_indices\n",
+        mesh.face_sizes.size(), count_type);
+    if (has_uvs) {
+        const bool are_floats = std::ranges::all_of(mesh.uvs, [](const Vec2<double>& uv) {
+            return is_float(uv.x) && is_float(uv.y);
+        });
+        out.text("property list {} {} {}\n", count_type, are_floats ? "float" : "double",
+                 kPlyCornerUvs);
+    }
+    out.text("end_header\n");
+    write_body(
+        out, mesh,
+        [&](std::size_t v) {
+            for (const PlyColumn& column : columns) {
+                if (column.type == PlyNumber::Byte)
+                    out.text(" {}", column.byte(v));
+                else
+                    out.text(" {}", column.value(v));
+            }
+        },
+        [&](std::size_t first, std::size_t n) {
+            if (!has_uvs)
+                return;
+            out.text(" {}", 2 * n);
+            for (std::size_t c = first; c < first + n; ++c) {
+                const Vec2<double>& uv = mesh.uvs[mesh.face_uvs[c]];
+                out.text(" {} {}", uv.x, uv.y);
+            }
+        });
 }
 
 }  // namespace osdx::inline OSDX_ABI::detail

@@ -29,6 +29,10 @@ inline constexpr std::array<std::string_view, 4> kPlyColors = {"red", "green", "
 /// Of a vertex, and what we leave out: normals are those of the surface.
 inline constexpr std::array<std::string_view, 3> kPlyPositions = {"x", "y", "z"};
 inline constexpr std::array<std::string_view, 3> kPlyNormals = {"nx", "ny", "nz"};
+/// Texture coordinates of vertices, by whichever names; and of the corners of a face.
+inline constexpr std::array<std::array<std::string_view, 2>, 4> kPlyVertexUvs = {
+    {{"s", "t"}, {"u", "v"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}}};
+inline constexpr std::string_view kPlyCornerUvs = "texcoord";
 
 enum class PlyNumber : std::uint8_t { Byte, Float, Double };
 
@@ -46,6 +50,12 @@ struct PlyColumn {
     }
 };
 
+/// Whether float holds it.
+inline bool is_float(double x) noexcept {
+    return !(std::abs(x) > std::numeric_limits<float>::max()) &&
+           static_cast<double>(static_cast<float>(x)) == x;
+}
+
 /// The least type that reads back to the same value; of colours with so many bits bytes are
 /// in 255ths.
 inline PlyNumber ply_number(const NamedChannels& channels) {
@@ -55,10 +65,6 @@ inline PlyNumber ply_number(const NamedChannels& channels) {
     };
     if (channels.name == kColorName && std::ranges::all_of(channels.values, is_byte))
         return PlyNumber::Byte;
-    const auto is_float = [](double x) {
-        return !(std::abs(x) > std::numeric_limits<float>::max()) &&
-               static_cast<double>(static_cast<float>(x)) == x;
-    };
     return std::ranges::all_of(channels.values, is_float) ? PlyNumber::Float
                                                           : PlyNumber::Double;
 }
@@ -84,9 +90,10 @@ inline std::string_view ply_type_name(PlyNumber type) {
     return kNames[static_cast<std::size_t>(type)];
 }
 
+/// \param has_uvs  of the corners of faces: then those of vertices are channels
 /// \return WriteFailed for names that PLY cannot tell apart, or that are not one word
 /// \pre check_channels()
-inline Status check_ply_names(std::span<const NamedChannels> all) {
+inline Status check_ply_names(std::span<const NamedChannels> all, bool has_uvs) {
     std::vector<std::string> names;
     for (const auto& taken : {kPlyPositions, kPlyNormals})
         names.insert(names.end(), taken.begin(), taken.end());
@@ -108,6 +115,17 @@ inline Status check_ply_names(std::span<const NamedChannels> all) {
                             column.channels->name, column.name));
         }
         names.push_back(column.name);
+    }
+    const auto is_there = [&](std::string_view name) {
+        return std::ranges::find(names, name) != names.end();
+    };
+    for (const auto& [u, v] : kPlyVertexUvs) {
+        if (!has_uvs && is_there(u) && is_there(v)) {
+            return fail(ErrorCode::WriteFailed,
+                        fmt::format("the channels {} and {} would be texture coordinates "
+                                    "of PLY",
+                                    u, v));
+        }
     }
     return ok();
 }

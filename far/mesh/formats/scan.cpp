@@ -3,6 +3,9 @@
 
 #include "far/mesh/formats/scan.h"
 
+#include <algorithm>
+#include <cmath>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
@@ -97,17 +100,93 @@ Status add_corner(MeshData& mesh, std::int64_t index, Index line) {
     return ok();
 }
 
-Status end_face(MeshData& mesh, std::size_t first, Index line) {
-    const std::size_t n = mesh.face_vertices.size() - first;
-    if (n < 3) {
-        const Index f = next_face(mesh);
-        return fail(ErrorCode::FaceTooSmall, fmt::format("face {} has {} vertices", f, n),
-                    f, line);
-    }
-    mesh.face_sizes.push_back(static_cast<Index>(n));
+void end_face(MeshData& mesh, std::size_t first, Index line) {
+    mesh.face_sizes.push_back(static_cast<Index>(mesh.face_vertices.size() - first));
     if (line > 0)
         mesh.face_lines.push_back(line);
-    return ok();
+}
+
+namespace {
+
+constexpr Index kNoUv = kInvalidIndex;
+
+/// Corners of a kind, in a mesh whose texture coordinates are being settled.
+struct UnsoundCorners {
+    std::size_t n = 0;
+    Index face = 0, uv = 0;  ///< of the first
+};
+
+std::string what_is_wrong(const MeshData& mesh, Index uv) {
+    if (uv == kNoUv)
+        return "has no texture coordinates";
+    if (uv == kNoUv - 1)
+        return "names texture coordinates by a number that none can have";
+    if (uv >= mesh.uvs.size()) {
+        return fmt::format("names texture coordinate {}, but the file has {}", uv,
+                           mesh.uvs.size());
+    }
+    return fmt::format("names texture coordinate {}, which is ({}, {})", uv,
+                       mesh.uvs[uv].x, mesh.uvs[uv].y);
+}
+
+}  // namespace
+
+void add_uv(MeshData& mesh, std::size_t corner, Index uv) {
+    mesh.face_uvs.resize(corner, kNoUv);
+    mesh.face_uvs.push_back(std::min(uv, kNoUv - 1));
+}
+
+void set_vertex_uvs(MeshData& mesh) {
+    mesh.face_uvs = mesh.face_vertices;
+}
+
+void settle_uvs(MeshData& mesh) {
+    if (mesh.face_uvs.empty())
+        return;
+    mesh.face_uvs.resize(mesh.face_vertices.size(), kNoUv);
+    const auto is_sound = [&](Index uv) {
+        return uv < mesh.uvs.size() && std::isfinite(mesh.uvs[uv].x) &&
+               std::isfinite(mesh.uvs[uv].y);
+    };
+    UnsoundCorners missing, invalid;
+    std::size_t corner = 0;
+    for (Index f = 0; f < next_face(mesh); ++f) {
+        for (Index k = 0; k < mesh.face_sizes[f]; ++k, ++corner) {
+            const Index uv = mesh.face_uvs[corner];
+            if (is_sound(uv))
+                continue;
+            UnsoundCorners& corners = uv == kNoUv ? missing : invalid;
+            if (corners.n++ == 0) {
+                corners.face = f;
+                corners.uv = uv;
+            }
+        }
+    }
+    if (missing.n + invalid.n == 0)
+        return;
+    const bool all = missing.n + invalid.n == mesh.face_uvs.size();
+    const auto warn = [&](WarningCode code, const UnsoundCorners& corners) {
+        if (corners.n == 0)
+            return;
+        mesh.warnings.push_back(
+            {code,
+             fmt::format("face {} {}; {} of {} face corners are so and {}", corners.face,
+                         what_is_wrong(mesh, corners.uv), corners.n, mesh.face_uvs.size(),
+                         all ? "none has any now" : "are at (0, 0) now"),
+             mesh.view().line_of_face(corners.face)});
+    };
+    warn(WarningCode::MissingTexcoords, missing);
+    warn(WarningCode::InvalidTexcoords, invalid);
+    if (all) {
+        mesh.face_uvs.clear();
+        return;
+    }
+    const auto origin = static_cast<Index>(mesh.uvs.size());
+    for (Index& uv : mesh.face_uvs) {
+        if (!is_sound(uv))
+            uv = origin;
+    }
+    mesh.uvs.emplace_back(0.0, 0.0);
 }
 
 Error ends_early(std::string_view item, std::int64_t i, std::int64_t n, Index line) {

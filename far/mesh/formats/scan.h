@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <optional>
 #include <span>
@@ -35,9 +36,12 @@ inline bool is_space(char c) {
 struct LineSyntax {
     bool comments = false;       ///< from a word that starts with '#' to the end
     bool continuations = false;  ///< a backslash at the end joins the next line
+    /// Lines that start so hold names, which may end in a backslash: nothing joins them.
+    std::span<const std::string_view> names = {};
 };
 
-/// Splits a text into lines of words. Lines without words are passed over.
+/// Splits a text into lines of words. Lines without words are passed over. A line ends with
+/// LF, CR LF or CR.
 class LineScanner {
 public:
     LineScanner(std::string_view text, LineSyntax syntax)
@@ -59,17 +63,59 @@ public:
     std::string_view rest() const { return rest_; }  ///< what follows this line
 
 private:
+    /// As std::find does, which looks at one byte after the other.
+    static const char* find(const char* first, const char* stop, char c) {
+        const void* at = std::memchr(first, c, static_cast<std::size_t>(stop - first));
+        return at ? static_cast<const char*>(at) : stop;
+    }
+
+    /// The next line, which leaves the rest.
+    std::string_view cut_line() {
+        const char* const first = rest_.data();
+        const char* const stop = first + rest_.size();
+        // Texts without LF are not searched again for each of their lines.
+        if (feed_ == nullptr || feed_ < first)
+            feed_ = find(first, stop, '\n');
+        const char* const end = find(first, feed_, '\r');
+        const bool is_pair = end + 1 == feed_ && feed_ != stop;
+        const auto n = static_cast<std::size_t>(end - first);
+        rest_.remove_prefix(std::min(n + 1 + is_pair, rest_.size()));
+        ++n_lines_;
+        return {first, n};
+    }
+
+    /// Removes what joins a line to the next, a backslash and perhaps blanks after it.
+    static bool remove_joint(std::string_view& line) {
+        std::string_view rest = line;
+        while (!rest.empty() && is_space(rest.back()))
+            rest.remove_suffix(1);
+        if (!rest.ends_with('\\'))
+            return false;
+        line = rest.substr(0, rest.size() - 1);
+        return true;
+    }
+
+    bool holds_name(std::string_view line) const {
+        std::string_view keyword;
+        if (!words_.empty()) {
+            keyword = words_.front();
+        } else {
+            const char* const stop = line.data() + line.size();
+            const char* const first = std::find_if_not(line.data(), stop, is_space);
+            const char* const last = std::find_if(first, stop, is_space);
+            keyword = {first, static_cast<std::size_t>(last - first)};
+        }
+        return std::ranges::find(syntax_.names, keyword) != syntax_.names.end();
+    }
+
     /// Appends the words of one line; true when the next line belongs to it.
     bool take_line() {
-        const std::size_t end = std::min(rest_.find('\n'), rest_.size());
-        std::string_view line = rest_.substr(0, end);
-        rest_.remove_prefix(std::min(end + 1, rest_.size()));
-        ++n_lines_;
-        if (line.ends_with('\r'))
-            line.remove_suffix(1);
-        const bool joined = syntax_.continuations && line.ends_with('\\');
+        std::string_view line = cut_line();
+        std::string_view without_joint = line;
+        const bool joined =
+            syntax_.continuations && remove_joint(without_joint) && !holds_name(line);
         if (joined)
-            line.remove_suffix(1);
+            line = without_joint;
         const char* c = line.data();
         const char* const stop = c + line.size();
         while (true) {
@@ -86,6 +132,7 @@ private:
 
     std::string_view rest_;
     LineSyntax syntax_;
+    const char* feed_ = nullptr;  // the next LF, or the end of the text
     std::vector<std::string_view> words_;
     Index line_ = 0;
     Index n_lines_ = 0;
@@ -137,7 +184,18 @@ Status read_color(Words numbers, Index line, MeshData& mesh);
 Status add_corner(MeshData& mesh, std::int64_t index, Index line);
 
 /// Closes the face whose corners start at `first` in face_vertices.
-Status end_face(MeshData& mesh, std::size_t first, Index line);
+void end_face(MeshData& mesh, std::size_t first, Index line);
+
+/// Gives a corner texture coordinates; those before it that have none stay without.
+/// \param uv  their number; whatever is not in the list is left to settle_uvs()
+void add_uv(MeshData& mesh, std::size_t corner, Index uv);
+
+/// Each vertex has the texture coordinates of its number.
+void set_vertex_uvs(MeshData& mesh);
+
+/// Corners without texture coordinates, and those whose are not there or not finite, get (0, 0),
+/// a value of their own, and the mesh a warning. Where no corner has sound ones the mesh has none.
+void settle_uvs(MeshData& mesh);
 
 Error ends_early(std::string_view item, std::int64_t i, std::int64_t n, Index line);
 

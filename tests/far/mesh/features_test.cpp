@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <osdx/build_topology.h>
+#include <osdx/creases.h>
 #include <osdx/features.h>
 #include <osdx/resolved_features.h>
 #include <osdx/surface.h>
@@ -216,6 +217,25 @@ TEST(Features, SurfacesRefuseWhatTheyHaveNoRulesFor) {
         for (const int degree : {3, 4})
             EXPECT_TRUE(Surface::build(tagged(tag), {.degree = degree})) << tag.name;
     }
+}
+
+// A roof whose sides rise by 3/4, so that their normals differ by twice the angle of that.
+TEST(Creases, AreWhereNormalsDifferByMoreThanTheAngle) {
+    MeshData roof;
+    roof.positions = {{-4, 0, 0}, {0, 0, 3}, {4, 0, 0}, {-4, 9, 0}, {0, 9, 3}, {4, 9, 0}};
+    roof.face_sizes = {4, 4};
+    roof.face_vertices = {0, 1, 4, 3, 1, 2, 5, 4};
+    const Topology topology = *build_topology(roof);
+    const double angle = 2 * std::atan2(3, 4) * 180 / M_PI;
+    const std::vector<Tag> tags = crease_tags(roof, topology, angle - 1e-9);
+    ASSERT_EQ(tags.size(), 1u);
+    EXPECT_EQ(tags[0].name, "crease");
+    EXPECT_EQ(tags[0].ints, (std::vector<int>{1, 4}));
+    EXPECT_EQ(tags[0].floats, std::vector<double>{kInfinitelySharp});
+    EXPECT_TRUE(crease_tags(roof, topology, angle + 1e-9).empty());
+    for (Vec3<double>& p : roof.positions)
+        p.z = 0;
+    EXPECT_TRUE(crease_tags(roof, topology, 0).empty());
 }
 
 }  // namespace
