@@ -41,7 +41,7 @@ public:
         if (!junction_.empty() && junction_[face] != kInvalidIndex) {
             before = &even_.junctions[junction_[face]];
             after = &step_.junctions_after[junction_[face]];
-        } else if (step_.before.empty() || !has_rays(face)) {
+        } else if (is_pinned(face) || step_.before.empty() || !has_rays(face)) {
             simple_centre(face, 1, f);
             return;
         }
@@ -69,6 +69,10 @@ private:
             f(h);
     }
 
+    /// Whatever else meets there, the centre stays where it is.
+    bool is_pinned(Index face) const {
+        return !even_.face_kinds.empty() && even_.face_kinds[face] == FaceKind::Pinned;
+    }
     bool has_rays(Index face) const {
         bool any = false;
         for_each_halfedge(face, [&](Index h) { any |= step_.before[h] > 0; });

@@ -598,6 +598,25 @@ TEST(ContinuityAtBorders, PinnedVerticesAreOnTheSurface) {
     }
 }
 
+// Whatever semi-sharp edges end there too.
+TEST(ContinuityAtBorders, PinnedVerticesStayWhereSemiSharpEdgesEnd) {
+    for (const int n_rays : {1, 2, 3, 4}) {
+        MeshData mesh = border_fan(5);
+        mesh.positions[0].z = 1;
+        mesh.tags.push_back({"corner", {0}, {kInfinitelySharp}, {}, 0});
+        for (int i = 0; i < n_rays; ++i)
+            mesh.tags.push_back({"crease", {0, 2 * i + 3}, {1.5 + i}, {}, 0});
+        for (int d = 2; d <= 7; ++d) {
+            const Surface s = build(mesh, d);
+            for (Index f = 0; f < 5; ++f) {
+                const auto p = s.evaluate({f, 0, 0}).p;
+                EXPECT_LE(glm::length(p - mesh.positions[0]), 1e-13)
+                    << "d" << d << " face " << f << " of " << n_rays;
+            }
+        }
+    }
+}
+
 // The normals and curvatures that the report compares are derivatives in charts that pinned
 // corners and darts stretch: some more digits are lost there than on closed meshes.
 TEST(ContinuityAtBorders, IsReported) {
