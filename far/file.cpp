@@ -96,6 +96,7 @@ Result<Place> find_place(fs::path path) {
 /// Temporary files that are there now, with their names: whoever takes a name out of its place
 /// owns it. More than these at a time are not known to remove_unfinished_files().
 std::array<std::atomic<char*>, 64> unfinished{};
+std::atomic<char*> handed_over;  // the last name that was taken: nobody frees it
 
 /// A file of a name that nobody knows before, in the place of another that it will replace. Gone
 /// at the end of the scope, unless it was renamed before.
@@ -161,6 +162,8 @@ private:
         // Whoever handles a signal has the name, until the end of the process.
         if (!place_ || place_->compare_exchange_strong(own, nullptr))
             std::free(name_);
+        else
+            handed_over = name_;
         place_ = nullptr;
         name_ = nullptr;
     }

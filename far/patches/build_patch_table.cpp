@@ -52,7 +52,9 @@ public:
             lay_patches();
             detail::part_done(1 - 1.0 / (level_ + 2));  // nobody knows how many will come
             const void* open =
-                std::memchr(cells_.data(), static_cast<int>(Cover::Open), cells_.size());
+                cells_.empty() ? nullptr
+                               : std::memchr(cells_.data(), static_cast<int>(Cover::Open),
+                                             cells_.size());
             if (!open)
                 break;
             if (!may_refine())
