@@ -12,7 +12,6 @@
 #include <osdx/channels.h>
 #include <osdx/result.h>
 #include <osdx/types.h>
-#include <osdx/warning.h>
 
 namespace osdx::inline OSDX_ABI {
 
