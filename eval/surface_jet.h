@@ -41,6 +41,19 @@ inline double size(const Vec3<double>& v) noexcept {
     return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
 }
 
+/// In units of 2 to the power `exponent`.
+inline Vec3<double> in_units(const Vec3<double>& v, int exponent) noexcept {
+    if (exponent == 0)
+        return v;
+    return {std::ldexp(v.x, -exponent), std::ldexp(v.y, -exponent),
+            std::ldexp(v.z, -exponent)};
+}
+inline SurfaceJet<double> in_units(SurfaceJet<double> s, int exponent) noexcept {
+    for (Vec3<double>* d : {&s.p, &s.du, &s.dv, &s.duu, &s.duv, &s.dvv})
+        *d = in_units(*d, exponent);
+    return s;
+}
+
 }  // namespace detail
 
 /// Unit normal u x v of the derivatives at p; zero where these are parallel to rounding, or
@@ -98,21 +111,16 @@ Curvature<T> curvature(const SurfaceJet<T>& s) noexcept {
     if (n == Vec3<double>(0))
         return {};
     // In units in which fourth powers of lengths are numbers; ordinary ones stay.
-    Vec3<double> u(s.du), v(s.dv);
-    const double size = std::max(detail::size(u), detail::size(v));
+    const double size =
+        std::max(detail::size(Vec3<double>(s.du)), detail::size(Vec3<double>(s.dv)));
     const int exponent = size > 1e-50 && size < 1e50 ? 0 : std::ilogb(size);
-    const auto scaled = [exponent](const Vec3<double>& d) {
-        if (exponent == 0)
-            return d;
-        return Vec3<double>(std::ldexp(d.x, -exponent), std::ldexp(d.y, -exponent),
-                            std::ldexp(d.z, -exponent));
+    const auto scaled = [exponent](const Vec3<T>& d) {
+        return detail::in_units(Vec3<double>(d), exponent);
     };
-    u = scaled(u);
-    v = scaled(v);
+    const Vec3<double> u = scaled(s.du), v = scaled(s.dv);
     const double E = glm::dot(u, u), F = glm::dot(u, v), G = glm::dot(v, v);
-    const double L = glm::dot(n, scaled(Vec3<double>(s.duu))),
-                 M = glm::dot(n, scaled(Vec3<double>(s.duv))),
-                 N = glm::dot(n, scaled(Vec3<double>(s.dvv)));
+    const double L = glm::dot(n, scaled(s.duu)), M = glm::dot(n, scaled(s.duv)),
+                 N = glm::dot(n, scaled(s.dvv));
     const double det = E * G - F * F;
     if (!(det > 0))
         return {};

@@ -35,7 +35,8 @@ struct Topology;
 ///
 /// A surface that was moved from has no vertices and no faces, until another is moved to it.
 ///
-/// Units: those of the mesh, with coordinates between 1e-150 and 1e150 or zero. Threads: const members may run at the same time.
+/// Units: those of the mesh, with coordinates up to 1e150, the largest at least 1e-150 or all zero.
+/// Threads: const members may run at the same time.
 class OSDX_API Surface {
 public:
     /// \param progress  null, or to watch and cancel it: then Cancelled is returned

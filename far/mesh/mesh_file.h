@@ -51,11 +51,12 @@ OSDX_API Result<MeshData> read_mesh(const std::filesystem::path& path);
 
 /// A polygon mesh as OBJ, OFF or PLY, all in text, with the shortest digits that read back
 /// exactly. Tags and names of faces go into OBJ only; texture coordinates into OBJ and PLY;
-/// "color" into all, other channels into PLY. There a channel has the least type that holds it exactly, double or float,
-/// and colours that are all 255ths are uchar. Indices of vertices are not checked.
+/// "color" into all, other channels into PLY. There a channel has the least type that holds it
+/// exactly, double or float, and colours that are all 255ths are uchar. Indices of vertices are not
+/// checked.
 /// \param extension  with its dot
-/// \return InvalidOption for another extension; for PLY what check_uvs() returns; SizeMismatch if face_sizes, face_vertices and
-///         face_uvs or the sizes of channels disagree; what check_face_names() returns;
+/// \return InvalidOption for another extension; for PLY what check_uvs() returns;
+///         SizeMismatch if face_sizes, face_vertices and face_uvs or the sizes of channels disagree; what check_face_names() returns;
 ///         WriteFailed for tags, names of faces and of channels that would not read back: a
 ///         name is of words with one space between, in PLY one word that is no other's.
 OSDX_API Result<std::string> format_mesh(const MeshData& mesh,

@@ -49,8 +49,8 @@ struct RepairedMesh {
 /// In this order: near points become one. Vertices that a face names twice in a row, and edges
 /// there and back, are left out of it; faces of fewer than three vertices are dropped. Of three
 /// and more faces (up to 100) at an edge those two stay together that bend least, then the next
-/// two; what is left over has a border there. Orientations are made to agree over these edges: of a component
-/// the majority stays as it is; where none agrees, as on a Moebius strip, the edge is cut.
+/// two; what is left over has a border there. Orientations are made to agree over these edges: of
+/// a component the majority stays as it is; where none agrees, as on a Moebius strip, the edge is cut.
 /// Where several fans of faces meet in a vertex, all but one get a copy of it, as do the places
 /// where a face comes by a vertex again.
 ///

@@ -73,12 +73,7 @@ bool look_apart(const SurfaceJet<double>& a, const SurfaceJet<double>& b) {
 /// is the same to the bit.
 SurfaceFunction in_units(const SurfaceFunction& surface, int exponent) {
     return [&surface, exponent](const QuarterPoint& q) {
-        SurfaceJet<double> s = surface(q);
-        for (Vec3<double>* d : {&s.p, &s.du, &s.dv, &s.duu, &s.duv, &s.dvv}) {
-            for (int i = 0; i < 3; ++i)
-                (*d)[i] = std::ldexp((*d)[i], -exponent);
-        }
-        return s;
+        return detail::in_units(surface(q), exponent);
     };
 }
 

@@ -81,13 +81,9 @@ void measure_cell(const Surface& surface, const Cell& cell, int rate, int expone
     const PatchTable& table = surface.patches();
     const Topology& base = surface.base();
     const auto jet = [&](const PatchPoint& p) {
-        SurfaceJet<double> s =
-            surface.evaluator().evaluate<double>(surface.points(), p, Chart::Native);
-        for (Vec3<double>* d : {&s.p, &s.du, &s.dv, &s.duu, &s.duv, &s.dvv}) {
-            for (int i = 0; i < 3; ++i)
-                (*d)[i] = std::ldexp((*d)[i], -exponent);
-        }
-        return s;
+        return detail::in_units(
+            surface.evaluator().evaluate<double>(surface.points(), p, Chart::Native),
+            exponent);
     };
     for (int side = 0; side < 4; ++side) {
         const Vec2<double> from = square_corner<double>(side),

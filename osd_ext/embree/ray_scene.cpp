@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 
 #include <osdx/embree/ray_scene.h>
+#include <osdx/surface_jet.h>
 
 #ifdef OSDX_HAS_EMBREE
 #if __has_include(<embree4/rtcore.h>)
@@ -55,8 +56,7 @@ struct Frame {
         return frame;
     }
     Vec3<double> scaled(const Vec3<double>& d) const noexcept {
-        return {std::ldexp(d.x, -exponent), std::ldexp(d.y, -exponent),
-                std::ldexp(d.z, -exponent)};
+        return detail::in_units(d, exponent);
     }
     Vec3<double> point(const Vec3<double>& p) const noexcept {
         return scaled(p - centre);
@@ -266,9 +266,7 @@ std::optional<RayHit> RayScene::intersect(const Ray& ray) const noexcept {
         return std::nullopt;
     // The direction gets a length of 1 to 2, so that t counts units of the frame.
     const int exponent = std::ilogb(longest);
-    const Vec3<double> d(std::ldexp(ray.direction.x, -exponent),
-                         std::ldexp(ray.direction.y, -exponent),
-                         std::ldexp(ray.direction.z, -exponent));
+    const Vec3<double> d = detail::in_units(ray.direction, exponent);
     const Vec3<double> origin = frame.point(ray.origin);
     // From where it comes close to the box of the points on.
     double start = -INFINITY;

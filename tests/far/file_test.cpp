@@ -16,22 +16,16 @@
 
 #include <osdx/file.h>
 
+#include "tests/support/test_folder.h"
+
 namespace osdx {
 namespace {
 
 namespace fs = std::filesystem;
+using test::content, test::TestFolder;
 
-/// A folder of its own for each test.
-class File : public testing::Test {
+class File : public TestFolder {
 protected:
-    void SetUp() override {
-        const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-        folder_ = fs::path(testing::TempDir()) /
-                  fmt::format("osdx_file_{}{}", test->name(), getpid());
-        fs::create_directories(folder_);
-    }
-    void TearDown() override { fs::remove_all(folder_); }
-
     /// A file of text, with a mode.
     fs::path make(const std::string& name, const std::string& text, mode_t mode = 0644) {
         const fs::path path = folder_ / name;
@@ -39,17 +33,7 @@ protected:
         EXPECT_EQ(chmod(path.c_str(), mode), 0);
         return path;
     }
-    std::ptrdiff_t n_files() const {
-        return std::distance(fs::directory_iterator(folder_), fs::directory_iterator());
-    }
-
-    fs::path folder_;
 };
-
-std::string content(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
 
 mode_t mode_of(const fs::path& path) {
     struct stat status = {};

@@ -20,6 +20,15 @@ fail() {
     failures=$((failures + 1))
 }
 
+# expect_files CALL FILE...: they are there and not empty.
+expect_files() {
+    local call=$1 file
+    shift
+    for file in "$@"; do
+        [[ -s $file ]] || fail "$call: no $file"
+    done
+}
+
 # succeeds FILE... -- ARGS: status 0, nothing on stderr, the files are there.
 succeeds() {
     local files=()
@@ -30,29 +39,7 @@ succeeds() {
     shift
     "$osdx" "$@" >stdout 2>stderr || fail "$*: status $?: $(cat stderr)"
     [[ -s stderr ]] && fail "$*: stderr: $(cat stderr)"
-    local file
-    for file in "${files[@]}"; do
-        [[ -s $file ]] || fail "$*: no $file"
-    done
-}
-
-# warns CODE FILE... -- ARGS: status 0, one warning of that code on stderr, the files are there.
-warns() {
-    local code=$1 files=()
-    shift
-    while [[ $1 != -- ]]; do
-        files+=("$1")
-        shift
-    done
-    shift
-    "$osdx" "$@" >stdout 2>stderr || fail "$*: status $?: $(cat stderr)"
-    [[ $(wc -l <stderr) == 1 ]] && grep -q "^osdx: warning: .* \[$code\]$" stderr ||
-        fail "$*: no $code: $(cat stderr)"
-    [[ -s stdout ]] && fail "$*: stdout: $(cat stdout)"
-    local file
-    for file in "${files[@]}"; do
-        [[ -s $file ]] || fail "$*: no $file"
-    done
+    expect_files "$*" "${files[@]}"
 }
 
 # tells PATTERN ARGS: status 0, one matching line on stderr.
@@ -62,6 +49,20 @@ tells() {
     "$osdx" "$@" >stdout 2>stderr || fail "$*: status $?: $(cat stderr)"
     grep -Eq -e "$pattern" stderr || fail "$*: '$(cat stderr)' does not say '$pattern'"
     [[ $(wc -l <stderr) == 1 ]] || fail "$*: not one line: $(cat stderr)"
+}
+
+# warns CODE FILE... -- ARGS: tells a warning of that code and nothing on stdout; the files are there.
+warns() {
+    local code=$1 files=()
+    shift
+    while [[ $1 != -- ]]; do
+        files+=("$1")
+        shift
+    done
+    shift
+    tells "^osdx: warning: .* \\[$code\\]$" "$@"
+    [[ -s stdout ]] && fail "$*: stdout: $(cat stdout)"
+    expect_files "$*" "${files[@]}"
 }
 
 # refuses STATUS PATTERN ARGS: that status, one matching line on stderr (usage errors may
@@ -143,7 +144,9 @@ warns uvs-dropped even.obj warnings.json -- subdivide textured.obj --degree 2 --
     --json warnings.json
 tr -d ' \n' <warnings.json | grep -q '"warnings":\[{"code":"uvs-dropped","message":"' ||
     fail "subdivide: $(cat warnings.json)"
-warns uvs-dropped dropped.ply -- subdivide textured.obj --out dropped.ply
+warns uvs-dropped dropped.off -- subdivide textured.obj --out dropped.off
+succeeds kept.ply -- subdivide textured.obj --out kept.ply
+grep -q "^property list uchar .* texcoord$" kept.ply || fail "subdivide: no texcoord in PLY"
 succeeds warnings.json -- subdivide cube.obj --out dropped.ply --json warnings.json
 grep -q '"warnings": \[\]' warnings.json || fail "subdivide: $(cat warnings.json)"
 {

@@ -18,8 +18,9 @@
 
 namespace osdx::cli {
 
-/// What a subcommand tells people. Shows on a terminal what the program is doing, once it has been at it for two seconds: how
-/// much of it is done, and about how long it will take, where that is known.
+/// What a subcommand tells people. Shows on a terminal what the program is doing, once it has been
+/// at it for two seconds: how much of it is done, and about how long it will take, where that is
+/// known.
 /// The line is not shown where stderr is no terminal, and wiped at the end. With
 /// options.quiet nothing is shown or printed.
 class ProgressBar {

@@ -40,8 +40,8 @@ void warn_of_format(const MeshData& data, const MeshData& mesh,
                     std::string_view extension, ProgressBar& progress) {
     const bool is_obj = is_extension(extension, ".obj"),
                is_ply = is_extension(extension, ".ply");
-    if (!is_obj && !mesh.face_uvs.empty())
-        progress.warn("uvs-dropped", "only OBJ files have the texture coordinates");
+    if (!is_obj && !is_ply && !mesh.face_uvs.empty())
+        progress.warn("uvs-dropped", "OFF files have no texture coordinates");
     const auto is_feature = [](const Tag& tag) {
         return tag.name == "crease" || tag.name == "corner" || tag.name == "hole";
     };

@@ -15,8 +15,12 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/reference_files.h"
+
 namespace osdx {
 namespace {
+
+using test::vector;
 
 using Json = nlohmann::json;
 
@@ -58,10 +62,6 @@ std::vector<Jet<double, Order>> weights(const GregoryBasis& basis, const DomainP
     basis.for_each_weight<Order>(
         p, chart, [&](Index i, const Jet<double, Order>& x) { w[i] += x; });
     return w;
-}
-
-Vec3<double> vector(const Json& j) {
-    return {j.at(0).get<double>(), j.at(1).get<double>(), j.at(2).get<double>()};
 }
 
 /// \return the number of samples

@@ -22,11 +22,14 @@
 
 #include "tests/support/high_orders.h"
 #include "tests/support/patch_class_names.h"
+#include "tests/support/reference_files.h"
 #include "tests/support/thinned.h"
 
 namespace osdx {
 
 namespace {
+
+using test::vector;
 
 template <class T, int Order>
 using Jets = std::vector<Jet<T, Order>>;
@@ -391,10 +394,6 @@ TEST(PatchBasis, KeepsItsDigitsAtLargeValence) {
             EXPECT_LE(error, 1e-12 * scale) << describe(c, p);
         }
     }
-}
-
-Vec3<double> vector(const nlohmann::json& j) {
-    return {j.at(0).get<double>(), j.at(1).get<double>(), j.at(2).get<double>()};
 }
 
 TEST(PatchBasis, ReproducesTheReferenceVectors) {

@@ -23,6 +23,7 @@
 
 #include "eval/bases/patch_basis.h"
 #include "tests/support/high_orders.h"
+#include "tests/support/reference_files.h"
 #include "tests/support/spline_reference.h"
 #include "tests/support/test_meshes.h"
 #include "tests/support/thinned.h"
@@ -42,6 +43,8 @@ void PrintTo(const PatchClass& c, std::ostream* out) {
 }
 
 namespace {
+
+using test::vector;
 
 using Net = std::vector<Vec3<double>>;
 template <int Order>
@@ -370,10 +373,6 @@ TEST(PatchBorderBasis, PinnedCornersReproduceTheReferenceVectors) {
                            json.at("d").get<int>(), json.at("n_sectors").get<int>(),
                            PatchBorder::Pinned};
         const PatchBasis basis(c);
-        const auto vector = [](const nlohmann::json& j) {
-            return Vec3<double>(j.at(0).get<double>(), j.at(1).get<double>(),
-                                j.at(2).get<double>());
-        };
         Net net;
         for (const auto& p : json.at("control"))
             net.push_back(vector(p));
@@ -409,6 +408,61 @@ TEST(PatchBorderBasis, PinnedCornersReproduceTheReferenceVectors) {
         }
     }
     EXPECT_EQ(n_files, 6);
+}
+
+/// Sectors of equal widths in a plane, each an affine grid: with its edges' length for a unit.
+Net fan_net(const PatchClass& c, double opening) {
+    Net net(c.n_points());
+    const auto point = [&](int spoke, double a, double b) {
+        const auto unit = [&](int i) {
+            const double angle = opening * i / c.n_sectors;
+            return Vec3<double>(std::cos(angle), std::sin(angle), 0);
+        };
+        return a * unit(spoke) + b * unit(spoke + 1);
+    };
+    const int d = c.degree;
+    for (int s = 0; s < c.n_sectors; ++s) {
+        for (int a = 0; a < d; ++a) {
+            for (int b = 0; b < d; ++b) {
+                if (c.kind == PatchKind::EV)
+                    net[c.ev_point(s, a, b)] = point(s, a, b);
+                else
+                    net[c.ef_point(s, a, b)] = point(s, a + 0.5, b + 0.5);
+            }
+        }
+    }
+    for (int p = 0; p < d && c.kind == PatchKind::EF; ++p) {
+        net[c.ef_curve(0, p)] = point(0, p + 0.5, 0);
+        net[c.ef_curve(1, p)] = point(c.n_sectors, p + 0.5, 0);
+    }
+    return net;
+}
+
+// Flat, and so regular at straight and re-entrant corners too.
+TEST(PatchBorderBasis, PinnedFansDoNotFold) {
+    for (const PatchKind kind : {PatchKind::EV, PatchKind::EF}) {
+        for (const int d : {2, 3, 4, 5}) {
+            for (const int k : test::thinned<int>({2, 3, 4, 5, 6, 8})) {
+                const PatchBasis basis({kind, d, k, PatchBorder::Pinned});
+                for (const int degrees : {30, 90, 180, 240, 270, 330}) {
+                    // Two sectors of even degree 2 around a face fold from 270 degrees on.
+                    if (degrees > 150 * k ||
+                        (degrees >= 270 && kind == PatchKind::EF && d == 2 && k == 2))
+                        continue;
+                    const Net net =
+                        fan_net(basis.patch_class(), degrees * std::numbers::pi / 180);
+                    for (int s = 0; s < k; ++s) {
+                        for (const auto& p : grid_points(s, 4)) {
+                            const auto jet = surface<1>(basis, p, Chart::Native, net);
+                            EXPECT_GT(
+                                jet[0].c[1] * jet[1].c[2] - jet[0].c[2] * jet[1].c[1], 0)
+                                << describe(basis.patch_class(), p) << ", " << degrees;
+                        }
+                    }
+                }
+            }
+        }
+    }
 }
 
 // A dart is a pinned patch both of whose borders are the same crease.

@@ -27,11 +27,14 @@
 
 #include "eval/bases/gregory.h"
 #include "far/refine/refinement.h"
+#include "tests/support/reference_files.h"
 #include "tests/support/test_meshes.h"
 #include "tests/support/thinned.h"
 
 namespace osdx {
 namespace {
+
+using test::vector;
 
 using namespace test;
 using Json = nlohmann::json;
@@ -121,10 +124,6 @@ std::vector<Model> models() {
 }
 
 // ------------------------------------------------------------------------ reference
-
-Vec3<double> vector(const Json& j) {
-    return {j.at(0).get<double>(), j.at(1).get<double>(), j.at(2).get<double>()};
-}
 
 MeshData read_mesh(const Json& json) {
     MeshData mesh;

@@ -31,33 +31,15 @@
 #include <osdx/subdivide.h>
 #include <osdx/surface.h>
 
+#include "tests/support/test_folder.h"
+
 namespace osdx {
 namespace {
 
 namespace fs = std::filesystem;
+using test::content, test::TestFolder;
 
-/// A folder of its own for each test.
-class Export : public testing::Test {
-protected:
-    void SetUp() override {
-        const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-        folder_ = fs::path(testing::TempDir()) /
-                  ("osdx_export_" + std::string(test->name()) + std::to_string(getpid()));
-        fs::create_directories(folder_);
-    }
-    void TearDown() override { fs::remove_all(folder_); }
-
-    std::ptrdiff_t n_files() const {
-        return std::distance(fs::directory_iterator(folder_), fs::directory_iterator());
-    }
-
-    fs::path folder_;
-};
-
-std::string content(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
+class Export : public TestFolder {};
 
 /// Takes a number from the front of `bytes`, lowest byte first.
 template <class T>
